@@ -115,7 +115,10 @@ ProcessResult Container::result() const {
             "one",
             running->name, statistics.missed_periods, statistics.dropped_outputs));
       }
-      if (!statistics.in_force.refused.empty()) result.notes.push_back(statistics.in_force.refused);
+      for (const std::string& note :
+           {statistics.in_force.refused, cpus_outside(statistics.in_force)}) {
+        if (!note.empty()) result.notes.push_back(note);
+      }
       set_counted(statistics);
       result.threads.push_back({running->name, std::move(statistics), made.type, scheduler});
     }

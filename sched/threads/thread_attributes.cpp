@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -245,9 +246,12 @@ void ThreadAttributes::check_affinity() const {
     throw Error("the kernel refuses SCHED_DEADLINE to a thread with an affinity",
                 "leave it out, or run the process in an exclusive cpuset of these CPUs");
   }
-  const std::vector<int> cpus = available_cpus();
+  const auto has = [](const std::vector<int>& cpus, int cpu) {
+    return std::find(cpus.begin(), cpus.end(), cpu) != cpus.end();
+  };
   for (const int cpu : affinity) {
-    if (std::find(cpus.begin(), cpus.end(), cpu) == cpus.end()) {
+    if (has(available_cpus(), cpu)) continue;
+    if (const std::vector<int>& cpus = usable_cpus(); !has(cpus, cpu)) {
       throw Error(fmt::format("there is no CPU {} here", cpu),
                   fmt::format("choose from {}", fmt::join(cpus, ", ")));
     }
@@ -274,6 +278,17 @@ void check_admission(std::span<const ThreadAttributes> threads, double most_cpus
 
 Nanoseconds throttled_realtime() {
   return std::chrono::microseconds(std::llround(1e6 * (1 - realtime_share())));
+}
+
+std::string cpus_outside(const ThreadState& state) {
+  std::vector<int> others;
+  const std::vector<int>& given = available_cpus();
+  std::set_difference(state.affinity.begin(), state.affinity.end(), given.begin(), given.end(),
+                      std::back_inserter(others));
+  if (others.empty()) return "";
+  return fmt::format(
+      "thread '{}' runs on CPU {}, as its affinity says; this process was started on CPU {}",
+      state.name, fmt::join(others, ", "), fmt::join(given, ", "));
 }
 
 ThreadState this_thread_state() {

@@ -33,7 +33,7 @@ struct ThreadAttributes {
   ThreadPolicy policy = ThreadPolicy::other;
   int priority = 0;           // 1 to 99 for fifo and rr, larger is more urgent; else 0
   int nice = 0;               // -20 to 19, for other and batch
-  std::vector<int> affinity;  // CPUs; empty means all
+  std::vector<int> affinity;  // of usable_cpus(); empty means available_cpus()
   /// For deadline: in every period the kernel gives the thread this much CPU time, before the
   /// deadline, and then no more. It may start threads; they are SCHED_OTHER.
   Nanoseconds runtime{0};
@@ -77,6 +77,9 @@ void check_admission(std::span<const ThreadAttributes> threads, double most_cpus
 /// How long Linux may keep the SCHED_FIFO and SCHED_RR threads of a CPU from it in each second, for
 /// other threads (`sched_rt_runtime_us`).
 Nanoseconds throttled_realtime();
+
+/// That a thread runs on CPUs which this process was not started on, in words; empty: it does not.
+std::string cpus_outside(const ThreadState& state);
 
 /// What the calling thread has.
 ThreadState this_thread_state();

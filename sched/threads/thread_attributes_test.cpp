@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/sched/threads/thread_attributes.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <future>
 #include <memory>
@@ -139,6 +140,20 @@ TEST(ThreadAttributes, NameACpuThatIsNotThereAndThoseThatAre) {
               ThrowsMessage<Error>(AllOf(StartsWith("there is no CPU 1023 here; choose from "),
                                          HasSubstr(std::to_string(available_cpus()[0])))));
   EXPECT_NO_THROW(ThreadAttributes{.affinity = available_cpus()}.check());
+}
+
+// A CPU that is isolated, or that taskset leaves out, is in no mask that a process is started with.
+TEST(ThreadAttributes, NameEachCpuThatAThreadMayBeMovedTo) {
+  const std::vector<int>& usable = usable_cpus();
+  EXPECT_TRUE(std::is_sorted(usable.begin(), usable.end()));
+  EXPECT_TRUE(std::includes(usable.begin(), usable.end(), available_cpus().begin(),
+                            available_cpus().end()));
+  EXPECT_NO_THROW(ThreadAttributes{.affinity = usable}.check());
+  ThreadState state{.name = "control", .affinity = available_cpus()};
+  EXPECT_EQ(cpus_outside(state), "");
+  state.affinity.push_back(CPU_SETSIZE);
+  EXPECT_THAT(cpus_outside(state), StartsWith("thread 'control' runs on CPU 1024, as its affinity "
+                                              "says; this process was started on CPU "));
 }
 
 // ---- What is granted ----

@@ -18,7 +18,8 @@ void ConfigurationReader::read_thread(const Value& value) {
        {"nice", "-20 to 19. Not for SCHED_FIFO, SCHED_RR and SCHED_DEADLINE.",
         noting(is_sound, into(asked.nice))},
        {"affinity",
-        "CPUs on which the thread may run; by default, all CPUs of the process. Not for "
+        "CPUs on which the thread may run, isolated ones, too; by default, all CPUs that the "
+        "process was started on. Not for "
         "SCHED_DEADLINE: the kernel refuses it. To restrict such threads, run the process in an "
         "exclusive cpuset.",
         each_in_list([&](const Value& cpu) { read_cpu(cpu, asked.affinity); })},

@@ -160,7 +160,7 @@ void Search::try_threads(ThreadAttributes& thread) {
               fmt::format("threads.{}.priority: {}", thread.name, highest + 1));
   }
   const auto& machine = file_.system.machine.cpus;
-  for (const int cpu : machine.empty() ? available_cpus() : machine) {
+  for (const int cpu : machine.empty() ? usable_cpus() : machine) {
     try_value(thread.affinity, {cpu}, fmt::format("threads.{}.affinity: [{}]", thread.name, cpu));
   }
 }

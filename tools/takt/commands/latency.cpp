@@ -188,9 +188,12 @@ void measure(const Rows& rows, std::uint64_t cycles, const Options& options, Out
 
 /// What the system refuses such a thread; empty: nothing.
 std::string refused(const ThreadAttributes& attributes) {
-  std::string refused;
-  std::thread([&] { refused = apply(attributes, Realtime::prefer).refused; }).join();
-  return refused;
+  ThreadState state;
+  std::thread([&] { state = apply(attributes, Realtime::prefer); }).join();
+  if (const std::string outside = cpus_outside(state); !outside.empty()) {
+    rt::to_stderr("note: {}\n", outside);
+  }
+  return state.refused;
 }
 
 /// Of cyclictest's -D, where a bare number is seconds, and which knows days.

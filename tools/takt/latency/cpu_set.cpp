@@ -25,8 +25,8 @@ std::optional<int> number(std::string_view text) {
 }  // namespace
 
 std::vector<int> parse_cpu_set(const std::string& text) {
-  const std::vector<int>& available = available_cpus();
-  if (text == "all") return available;
+  if (text == "all") return available_cpus();
+  const std::vector<int>& available = usable_cpus();
   const auto refuse = [&](std::string_view part) {
     throw Error(
         fmt::format("CPU set '{}': '{}' is not a CPU that this process may use", text, part),
