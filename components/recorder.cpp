@@ -48,7 +48,6 @@ Recorder::Recorder(const NodeOptions& options, Definitions definitions)
       definitions_(std::move(definitions)),
       place_(named_file(
           options, declare_parameter("file", std::string("recording.mcap"), {.read_only = true}))),
-      file_(place_.path()),
       wanted_([this] {
         std::vector<std::string> topics =
             declare_parameter("topics", std::vector<std::string>{}, {.read_only = true});
@@ -64,8 +63,9 @@ Recorder::Recorder(const NodeOptions& options, Definitions definitions)
                 milliseconds(declare_parameter("discover_ms", 5000,
                                                at_least("How long all topics are found", 0))))),
       writer_(place_,
-              static_cast<std::size_t>(declare_parameter("buffer_bytes", std::int64_t{1} << 20,
-                                                         at_least("A message must fit in", 4096))),
+              static_cast<std::size_t>(
+                  declare_parameter("buffer_bytes", std::int64_t{1} << 20,
+                                    at_least("A longer message gets its own", 4096))),
               static_cast<std::size_t>(
                   declare_parameter("buffers", 4, at_least("At the same time", 2))),
               declare_parameter("compression", std::string("none"), {.read_only = true})) {
@@ -74,7 +74,7 @@ Recorder::Recorder(const NodeOptions& options, Definitions definitions)
   flush_->cancel();
   if (participant() != nullptr) types_ = std::make_unique<TypeDescriptionClient>(*this);
   if (const std::string& why = writer_.why_no_ring(); !why.empty()) {
-    log(LogLevel::warn, "{}: {}; a thread writes it", file_, why);
+    log(LogLevel::warn, "{}: {}; a thread writes it", place_.path(), why);
   }
   look();
 }
@@ -91,19 +91,19 @@ std::string Recorder::complete() {
   if (!std::exchange(is_complete_, true)) {
     for (std::size_t i = 0; i < topics_.size(); ++i) record_waiting(i);
     if (!writer_.close()) report_end();
-    log(LogLevel::info, "{}: {} of {}, {} dropped", file_, counted(recorded(), "message"),
+    log(LogLevel::info, "{}: {} of {}, {} dropped", place_.path(), counted(recorded(), "message"),
         counted(topics_.size(), "topic"), dropped());
     for (const std::string& name : wanted_) {
       const auto is_it = [&](const Topic& topic) { return topic.name == name; };
       if (std::any_of(topics_.begin(), topics_.end(), is_it) || refused_.contains(name)) continue;
-      log(LogLevel::warn, "{}: no message of {}, which has had no publisher", file_, name);
+      log(LogLevel::warn, "{}: no message of {}, which has had no publisher", place_.path(), name);
     }
   }
   if (dropped() == 0) return "";
   return fmt::format("{} {} not recorded: {}", counted(dropped(), "message"),
                      dropped() == 1 ? "was" : "were",
                      writer_.error() != 0 ? errno_message(writer_.error())
-                                          : "the disk was slow, or they did not fit into a buffer");
+                                          : "the disk was slow, or they had more than 1 GB");
 }
 
 // Searches the publishers of this process, and those on the DDS domain.
@@ -192,6 +192,7 @@ void Recorder::define(std::size_t topic, const std::string& type,
 void Recorder::record_waiting(std::size_t topic) {
   topics_[topic].is_asked_for = false;
   for (const WaitingMessage& message : std::exchange(topics_[topic].waiting, {})) {
+    waiting_bytes_ -= message.bytes.size();
     write(topic, message.received_ns, message.published_ns, message.bytes);
   }
 }
@@ -203,8 +204,13 @@ void Recorder::record(std::size_t topic, std::span<const std::byte> bytes,
   if (info.publish_time != TimePoint{}) {
     published -= static_cast<std::uint64_t>((clock().real().now() - info.publish_time).count());
   }
+  // Limit: bytes of the messages of all topics that wait for the definition of their type. At it:
+  // those of a topic are recorded without. Seen: nothing.
+  constexpr std::size_t kMostWaiting = std::size_t{64} << 20;
   Topic& of = topics_[topic];
-  if (of.is_asked_for && of.waiting.size() < depth_) {
+  if (of.is_asked_for && of.waiting.size() < depth_ &&
+      bytes.size() <= kMostWaiting - std::min(waiting_bytes_, kMostWaiting)) {
+    waiting_bytes_ += bytes.size();
     of.waiting.push_back({now, published, {bytes.begin(), bytes.end()}});
     return;
   }
@@ -231,14 +237,14 @@ void Recorder::report_drop(std::size_t bytes) {
   if (writer_.error() != 0) return report_end();
   if (std::exchange(has_reported_slow_, true)) return;
   log(LogLevel::warn,
-      "{}: a message of {} bytes was dropped: the disk is slow, or the message exceeds a buffer; "
-      "increase `buffers` or `buffer_bytes`",
-      file_, bytes);
+      "{}: a message of {} bytes was dropped: the disk is slow, or it has more than the buffers "
+      "may have, 1 GB; increase `buffers` or `buffer_bytes`, or record fewer topics",
+      place_.path(), bytes);
 }
 
 void Recorder::report_end() {
   if (std::exchange(has_reported_end_, true)) return;
-  log(LogLevel::error, "{}: {}; recording stopped", file_, errno_message(writer_.error()));
+  log(LogLevel::error, "{}: {}; recording stopped", place_.path(), errno_message(writer_.error()));
 }
 
 }  // namespace takt

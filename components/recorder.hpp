@@ -88,12 +88,12 @@ class Recorder : public Node, public Completing {
 
   const Definitions definitions_;
   const FilePlace place_;
-  const std::string file_;
   const std::vector<std::string> wanted_;
   const std::size_t depth_;
   const Nanoseconds flush_period_;
   const TimePoint discovered_by_;
   McapWriter writer_;
+  std::size_t waiting_bytes_ = 0;  // of all topics
   std::uint64_t dropped_ = 0;
   bool has_reported_slow_ = false, has_reported_end_ = false, is_complete_ = false;
   std::vector<Topic> topics_;

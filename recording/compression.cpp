@@ -44,7 +44,7 @@ struct Compressor::Contexts {
 };
 
 Compressor::Compressor(const std::string& name, std::size_t most_bytes)
-    : name_(name == "none" ? "" : name) {
+    : name_(name == "none" ? "" : name), most_bytes_(most_bytes) {
   const auto names = compressions();
   if (std::find(names.begin(), names.end(), name) == names.end()) {
     throw Error(fmt::format("there is no compression '{}'", name), suggest(name, names));
@@ -61,6 +61,7 @@ Compressor::~Compressor() = default;
 
 std::span<const std::byte> Compressor::compress(std::span<const std::byte> from) noexcept {
   std::size_t size = 0;
+  if (from.size() > most_bytes_) return {};  // a chunk of one long message
   if (name_ == kZstd) {
     size = ZSTD_compressCCtx(contexts_->zstd.get(), compressed_.data(), compressed_.size(),
                              from.data(), from.size(), 1);

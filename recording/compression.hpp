@@ -31,12 +31,14 @@ class Compressor {
 
   /// As MCAP files have it: "" for none.
   const std::string& name() const noexcept { return name_; }
-  /// Valid until the next call; empty if there is no compression, or it has failed.
+  /// Valid until the next call; empty if there is no compression, it has failed, or the input is
+  /// longer than expected.
   std::span<const std::byte> compress(std::span<const std::byte> from) noexcept;
 
  private:
   struct Contexts;
   std::string name_;
+  const std::size_t most_bytes_;
   std::unique_ptr<Contexts> contexts_;
   std::vector<std::byte> compressed_;
 };

@@ -113,9 +113,12 @@ bool McapWriter::write(std::size_t topic, std::uint64_t log_time_ns, std::uint64
   if (!of.is_written) about = schema(topic, of.topic) + channel(topic, of.topic);
   const std::size_t wanted = about.size() + kRecordHead + kMessageHead + bytes.size();
   constexpr std::size_t kOwnIndex = kMessageIndexHead + kMessageIndexEntry;
+  constexpr std::size_t kOwnChunk = kRecordHead + kChunkHead + kOwnIndex;
   const std::size_t room = file_.buffer_bytes();
-  if (is_closed_ || wanted + kOwnIndex > room - kRecordHead - kChunkHead) return false;
-  if (used_ + index_bytes_ + wanted + kOwnIndex > room) flush();
+  const bool is_long = wanted + kOwnChunk > room;  // it gets a buffer, and so a chunk, of its own
+  if (is_closed_) return false;
+  if (is_long || used_ + index_bytes_ + wanted + kOwnIndex > room) flush();
+  if (is_long && (file_.error() != 0 || !file_.make_own(wanted + kOwnChunk))) return false;
   if (!begin_chunk()) return false;
   if (of.index.empty()) index_bytes_ += kMessageIndexHead;
   index_bytes_ += kMessageIndexEntry;
@@ -134,6 +137,7 @@ bool McapWriter::write(std::size_t topic, std::uint64_t log_time_ns, std::uint64
   if (current_.messages++ == 0) current_.first_ns = current_.last_ns = log_time_ns;
   current_.first_ns = std::min(current_.first_ns, log_time_ns);
   current_.last_ns = std::max(current_.last_ns, log_time_ns);
+  if (is_long) flush();
   return true;
 }
 

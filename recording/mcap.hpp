@@ -41,7 +41,7 @@ struct RecordedMessage {
 /// and perhaps compressed; and a summary at the end.
 /// Thread safety: one thread at a time.
 /// Real-time: as RingFile, but positions of messages and chunks are stored, which may allocate, and
-/// a full chunk is compressed.
+/// a full chunk is compressed; a message that exceeds a buffer allocates one.
 class McapWriter {
  public:
   /// Throws Error as RingFile and Compressor do.
@@ -55,8 +55,8 @@ class McapWriter {
   std::size_t add(RecordedTopic topic);
   /// Before the first message of the topic.
   void define(std::size_t topic, std::string definition);
-  /// Returns false if there was no space: the disk is slow or full, or the message exceeds a
-  /// buffer.
+  /// Returns false if there was no space: the disk is slow or full, or the message exceeds what all
+  /// buffers may have. One that exceeds a buffer gets its own.
   bool write(std::size_t topic, std::uint64_t log_time_ns, std::uint64_t publish_time_ns,
              std::span<const std::byte> bytes) noexcept;
   /// Whether the present buffer contains data.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <new>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -38,7 +39,8 @@ class RingFile::Writes {
 class RingFile::RingWrites final : public Writes {
  public:
   /// Throws Error if the kernel refuses the ring or the buffers.
-  RingWrites(int fd, const std::vector<iovec>& buffers) : fd_(fd), ring_(buffers.size()) {
+  RingWrites(int fd, const std::vector<iovec>& buffers)
+      : fd_(fd), registered_(buffers.size()), ring_(buffers.size() + kMostOwn) {
     const auto count = static_cast<unsigned>(buffers.size());
     if (const int result = io_uring_register_buffers(&ring_.ring, buffers.data(), count);
         result < 0) {
@@ -49,8 +51,12 @@ class RingFile::RingWrites final : public Writes {
   void submit(std::size_t index, std::span<const std::byte> bytes,
               std::uint64_t offset) noexcept override {
     io_uring_sqe* entry = io_uring_get_sqe(&ring_.ring);  // there is one for each buffer
-    io_uring_prep_write_fixed(entry, fd_, bytes.data(), static_cast<unsigned>(bytes.size()), offset,
-                              static_cast<int>(index));
+    const auto size = static_cast<unsigned>(bytes.size());
+    if (index < registered_) {
+      io_uring_prep_write_fixed(entry, fd_, bytes.data(), size, offset, static_cast<int>(index));
+    } else {
+      io_uring_prep_write(entry, fd_, bytes.data(), size, offset);
+    }
     io_uring_sqe_set_data64(entry, index);
     if (const int result = io_uring_submit(&ring_.ring); result < 0) refused_ = {index, result};
   }
@@ -83,6 +89,7 @@ class RingFile::RingWrites final : public Writes {
   };
 
   const int fd_;
+  const std::size_t registered_;
   Ring ring_;
   std::optional<Completion> refused_;
 };
@@ -168,7 +175,8 @@ RingFile::RingFile(const FilePlace& place, std::size_t buffer_bytes, std::size_t
                             kMostBytes / 1'000'000),
                 "use fewer or smaller ones", place.path());
   }
-  buffers_.resize(buffers);
+  buffers_.resize(buffers + kMostOwn);
+  open_file(place);
   void* memory = mmap(nullptr, memory_bytes_, PROT_READ | PROT_WRITE,
                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
   if (memory == MAP_FAILED) {
@@ -178,13 +186,16 @@ RingFile::RingFile(const FilePlace& place, std::size_t buffer_bytes, std::size_t
                 place.path());
   }
   memory_ = static_cast<std::byte*>(memory);
+  for (std::size_t i = 0; i < buffers; ++i) {
+    buffers_[i].memory = {memory_ + i * buffer_bytes_, buffer_bytes_};
+  }
   writes_ = make_writes();
 }
 
 std::unique_ptr<RingFile::Writes> RingFile::make_writes() {
   std::vector<iovec> buffers;
-  for (std::size_t i = 0; i < buffers_.size(); ++i) {
-    buffers.push_back({memory_ + i * buffer_bytes_, buffer_bytes_});
+  for (const Buffer& buffer : buffers_) {
+    if (!buffer.memory.empty()) buffers.push_back({buffer.memory.data(), buffer.memory.size()});
   }
   try {
     return std::make_unique<RingWrites>(file_.fd(), buffers);
@@ -204,18 +215,43 @@ RingFile::~RingFile() {
 std::span<std::byte> RingFile::buffer() noexcept {
   if (current_ == SIZE_MAX) {
     reap();
-    const auto free = std::find_if(buffers_.begin(), buffers_.end(),
-                                   [](const Buffer& buffer) { return !buffer.is_away; });
-    if (free == buffers_.end()) return {};
+    const auto end = buffers_.end() - kMostOwn;
+    const auto free =
+        std::find_if(buffers_.begin(), end, [](const Buffer& buffer) { return !buffer.is_away; });
+    if (free == end) return {};
     current_ = static_cast<std::size_t>(free - buffers_.begin());
   }
-  return {memory_ + current_ * buffer_bytes_, buffer_bytes_};
+  return buffers_[current_].memory;
+}
+
+bool RingFile::make_own(std::size_t bytes) noexcept {
+  reap();
+  const auto free = std::find_if(buffers_.end() - kMostOwn, buffers_.end(),
+                                 [](const Buffer& buffer) { return !buffer.is_away; });
+  if (free == buffers_.end() || bytes > kMostBytes - memory_bytes_ - own_bytes_) return false;
+  free->own.reset(new (std::nothrow) std::byte[bytes]);
+  if (free->own == nullptr) return false;
+  free->memory = {free->own.get(), bytes};
+  own_bytes_ += bytes;
+  current_ = static_cast<std::size_t>(free - buffers_.begin());
+  return true;
+}
+
+void RingFile::free_own(Buffer& buffer) noexcept {
+  if (buffer.own == nullptr) return;
+  own_bytes_ -= buffer.memory.size();
+  buffer.memory = {};
+  buffer.own.reset();
 }
 
 void RingFile::write(std::size_t bytes) noexcept {
   const std::size_t index = std::exchange(current_, SIZE_MAX);
-  if (error_ != 0) return;
-  buffers_[index] = {offset_, bytes, 0, true};
+  Buffer& buffer = buffers_[index];
+  if (error_ != 0) return free_own(buffer);
+  buffer.begin = offset_;
+  buffer.bytes = bytes;
+  buffer.done = 0;
+  buffer.is_away = true;
   offset_ += bytes;
   ++away_;
   submit(index);
@@ -224,8 +260,8 @@ void RingFile::write(std::size_t bytes) noexcept {
 // The part of the buffer that is not written yet.
 void RingFile::submit(std::size_t index) noexcept {
   const Buffer& buffer = buffers_[index];
-  const std::byte* begin = memory_ + index * buffer_bytes_ + buffer.done;
-  writes_->submit(index, {begin, buffer.bytes - buffer.done}, buffer.begin + buffer.done);
+  writes_->submit(index, buffer.memory.first(buffer.bytes).subspan(buffer.done),
+                  buffer.begin + buffer.done);
 }
 
 void RingFile::reap() noexcept {
@@ -245,6 +281,7 @@ void RingFile::completed(std::size_t index, int result) noexcept {
   if (result == -EINTR || (result > 0 && buffer.done < buffer.bytes)) return submit(index);
   --away_;
   buffer.is_away = false;
+  free_own(buffer);
   if (buffer.done < buffer.bytes) {
     if (error_ == 0) {
       error_ = result < 0 ? -result : EIO;
