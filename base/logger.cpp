@@ -2,6 +2,7 @@
 #include "takt/base/logger.hpp"
 
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <mutex>
 #include <thread>
@@ -35,6 +36,9 @@ void take_default_attributes() {
   sched_setscheduler(0, SCHED_OTHER, &no_priority);
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), 0);
   use_available_cpus();
+  sigset_t all;  // signals are for threads of the program, which may await them
+  sigfillset(&all);
+  pthread_sigmask(SIG_BLOCK, &all, nullptr);
 }
 
 }  // namespace

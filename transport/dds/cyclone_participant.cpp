@@ -81,7 +81,8 @@ CycloneParticipant::CycloneParticipant(const DdsOptions& options)
   if (ros_graph_ != RosGraph::off) {
     announcer_ = std::make_unique<NodeAnnouncer>(handle_, ros_graph_);
   }
-  topic_watch_ = std::make_unique<TopicWatch>(handle_);
+  topic_watch_ = std::make_unique<TopicWatch>(
+      handle_, ros_graph_ == RosGraph::off ? std::function<Graph()>() : [this] { return graph(); });
 }
 
 CycloneParticipant::~CycloneParticipant() {

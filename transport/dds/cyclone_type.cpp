@@ -2,7 +2,10 @@
 #include "takt/transport/dds/cyclone_type.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <functional>
+#include <iterator>
+#include <string_view>
 #include <utility>
 
 #include <dds/ddsi/q_radmin.h>
@@ -14,6 +17,22 @@ namespace {
 
 constexpr std::size_t kPooled = 64;            // serdata of a type that are kept
 constexpr std::size_t kKeptBytes = 64 * 1024;  // a larger buffer is freed with its message
+
+// Limit: bytes of all messages of a topic that came from other processes, in queues and callbacks.
+// At it: a further one is dropped, unless it is the only one. Seen: the warning of Cyclone DDS.
+constexpr std::size_t kMostReceived = std::size_t{1} << 30;
+// Limit: the same, of services by which processes and containers are asked (parameters, statistics,
+// loading). At it: a further one is dropped. Seen: the warning of Cyclone DDS.
+constexpr std::size_t kMostOfServices = std::size_t{64} << 20;
+
+/// By the name of its type.
+bool is_of_service(std::string_view type) {
+  constexpr std::string_view kPackages[] = {"rcl_interfaces/srv/",          "takt_interfaces/srv/",
+                                            "composition_interfaces/",      "lifecycle_msgs/srv/",
+                                            "type_description_interfaces/", "rmw_dds_common/"};
+  return std::any_of(std::begin(kPackages), std::end(kPackages),
+                     [&](std::string_view package) { return type.starts_with(package); });
+}
 
 Serdata& of(ddsi_serdata* data) noexcept {
   return static_cast<Serdata&>(*data);
@@ -72,6 +91,10 @@ ddsi_serdata* checked(Serdata* data) {
 ddsi_serdata* from_fragments(const ddsi_sertype* type, ddsi_serdata_kind kind,
                              const nn_rdata* fragment, std::size_t size) {
   Serdata* data = make(of(type), kind);
+  if (!of(type).let_in(*data, size)) {
+    ddsi_serdata_unref(data);
+    return nullptr;
+  }
   std::byte* to = data->buffer.extend(size);
   std::uint32_t done = 0;
   for (; fragment != nullptr; fragment = fragment->nextfrag) {
@@ -150,6 +173,7 @@ void free_data(ddsi_serdata* data) {
     if (last == nullptr) return;
   }
   Serdata& ours = *last;
+  if (ours.type != nullptr) of(ours.type).leave(ours);
   if (ours.from_heap) {
     delete &ours;
     return;
@@ -222,9 +246,12 @@ const ddsi_sertype_ops kSertypeOps{.version = ddsi_sertype_v0,
 }  // namespace
 
 Sertype::Sertype(const MessageType& message_type, bool in_shared_memory)
-    : ddsi_sertype{}, message(message_type), pool(Pool<Serdata>::create(kPooled, [](std::uint32_t) {
-        return std::make_unique<Serdata>();
-      })) {
+    : ddsi_sertype{},
+      message(message_type),
+      pool(Pool<Serdata>::create(kPooled,
+                                 [](std::uint32_t) { return std::make_unique<Serdata>(); })),
+      most_each_(is_of_service(message.name) ? kMostOfServices : SIZE_MAX),
+      most_in_all_(is_of_service(message.name) ? kMostOfServices : kMostReceived) {
   ddsi_sertype_init_flags(
       this, dds_type_name(message.name).c_str(), &kSertypeOps, &kSerdataOps,
       DDSI_SERTYPE_FLAG_TOPICKIND_NO_KEY | (in_shared_memory ? DDSI_SERTYPE_FLAG_FIXED_SIZE : 0));
@@ -239,6 +266,20 @@ Sertype::~Sertype() {
   } else if (data != nullptr) {
     Pool<Serdata>::recycle(*data);
   }
+}
+
+bool Sertype::let_in(Serdata& data, std::size_t bytes) const noexcept {
+  if (bytes > most_each_) return false;
+  const std::size_t before = bytes_.fetch_add(bytes, std::memory_order_relaxed);  // a sum only
+  data.received = bytes;
+  if (before == 0 || before + bytes <= most_in_all_) return true;
+  leave(data);
+  return false;
+}
+
+void Sertype::leave(Serdata& data) const noexcept {
+  const std::size_t bytes = std::exchange(data.received, 0);
+  if (bytes != 0) bytes_.fetch_sub(bytes, std::memory_order_relaxed);
 }
 
 ddsi_serdata* encode(const Sertype& type, const void* message) {

@@ -20,6 +20,7 @@ namespace TAKT_INTERNAL takt {
 struct Serdata : ddsi_serdata, PoolNode<Serdata> {
   ByteBuffer buffer;  // with up to 3 zero bytes at the end, which Cyclone may send
   std::size_t size = 0;
+  std::size_t received = 0;  // bytes, as long as a process of others has sent it: see Sertype
   bool from_heap = false;
 
   std::span<const std::byte> bytes() const noexcept { return buffer.bytes().first(size); }
@@ -34,6 +35,16 @@ struct Sertype : ddsi_sertype {
   const MessageType& message;
   const PoolPtr<Serdata> pool;
   mutable std::atomic<Serdata*> unsent{nullptr};  // see free_data
+
+  /// Whether a message of so many bytes may come in, beside those that are there, in queues or in
+  /// callbacks: depths count messages, and others choose how long these are. Counts it, until
+  /// leave().
+  bool let_in(Serdata& data, std::size_t bytes) const noexcept;
+  void leave(Serdata& data) const noexcept;
+
+ private:
+  const std::size_t most_each_, most_in_all_;
+  mutable std::atomic<std::size_t> bytes_{0};
 };
 
 /// The message's bytes, owned by the caller. For `dds_writecdr`, which takes them over.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <condition_variable>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -20,17 +21,14 @@ namespace takt {
 namespace {
 
 dds_entity_t make_reader(dds_entity_t participant, const Topic* topic, const Endpoint& endpoint,
-                         RosGraph form) {
+                         RosGraph form, const dds_listener_t* listener) {
   if (topic == nullptr) return 0;
+  // There are no keys: so it is the history of all processes together, from one look of Cyclone's
+  // thread to the next.
   const WireQoS qos = wire_qos(endpoint.qos, endpoint.qos.depth);
-  // There are no keys: so it is the history of all processes together.
-  // Limit: announcements of nodes that wait to be read. At it: the oldest are overwritten; their
-  // nodes come with the next announcement. Seen: nothing.
-  constexpr std::int32_t kMostUnread = 1000;
-  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kMostUnread);
   const std::string text = user_data(endpoint, form);
   dds_qset_userdata(qos.get(), text.data(), text.size());
-  return dds_check(dds_create_reader(participant, topic->handle(), qos.get(), nullptr),
+  return dds_check(dds_create_reader(participant, topic->handle(), qos.get(), listener),
                    "the nodes of others cannot be read");
 }
 
@@ -57,7 +55,92 @@ std::string without(std::string type, std::string_view suffix) {
   return type;
 }
 
+using Listener = std::unique_ptr<dds_listener_t, decltype(&dds_delete_listener)>;
+
 }  // namespace
+
+/// The last one of each process, by its GUID.
+class GraphReader::Announcements {
+ public:
+  struct Unref {
+    void operator()(ddsi_serdata* sample) const noexcept { ddsi_serdata_unref(sample); }
+  };
+  using Sample = std::unique_ptr<ddsi_serdata, Unref>;
+
+  /// When there is something to take.
+  static void on_data(dds_entity_t reader, void* self) {
+    static_cast<Announcements*>(self)->take(reader);
+  }
+  std::map<Gid, Sample> all() {
+    const std::lock_guard lock(mutex_);
+    std::map<Gid, Sample> all;
+    for (auto& [gid, kept] : kept_) all[gid] = std::move(kept.sample);
+    kept_.clear();
+    bytes_ = 0;
+    return all;
+  }
+  /// Until so many processes have announced something since the last all(), at most so long.
+  void wait(std::size_t processes, std::chrono::steady_clock::time_point end) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_until(lock, end, [&] { return kept_.size() >= processes; });
+  }
+
+ private:
+  // Limit: bytes of an announcement of nodes. At it: a longer one is not read. Seen: its nodes are
+  // not shown.
+  static constexpr std::size_t kMostBytes = 1 << 20;
+  // Limit: bytes of all announcements that wait to be read, of each process the last. At it: the
+  // oldest one goes. Seen: its nodes are not shown until they are announced again.
+  static constexpr std::size_t kMostUnread = 16 << 20;
+  // Limit: processes whose announcements wait to be read. At it: the oldest one goes. Seen: its
+  // nodes are not shown until they are announced again.
+  static constexpr std::size_t kMostProcesses = 1000;
+
+  struct Kept {
+    Sample sample;
+    std::size_t bytes = 0;
+    std::uint64_t number = 0;
+  };
+
+  void take(dds_entity_t reader) {
+    ddsi_serdata* taken = nullptr;
+    dds_sample_info_t about;
+    while (dds_takecdr(reader, &taken, 1, &about, DDS_ANY_STATE) == 1) {
+      Sample sample(taken);
+      const auto bytes = static_cast<Serdata*>(taken)->bytes();
+      constexpr std::size_t kGid = 16;
+      if (!about.valid_data || bytes.size() > kMostBytes ||
+          bytes.size() < kCdrHeader.size() + kGid) {
+        continue;
+      }
+      const auto* const gid = bytes.data() + kCdrHeader.size();
+      keep(bytes_of(reinterpret_cast<const unsigned char*>(gid)), std::move(sample), bytes.size());
+    }
+  }
+  void keep(const Gid& gid, Sample sample, std::size_t size) {
+    const std::lock_guard lock(mutex_);
+    forget(kept_.find(gid));
+    kept_[gid] = {std::move(sample), size, ++last_};
+    bytes_ += size;
+    while (bytes_ > kMostUnread || kept_.size() > kMostProcesses) {
+      forget(std::min_element(kept_.begin(), kept_.end(), [](const auto& a, const auto& b) {
+        return a.second.number < b.second.number;
+      }));
+    }
+    changed_.notify_all();
+  }
+  void forget(std::map<Gid, Kept>::iterator kept) {
+    if (kept == kept_.end()) return;
+    bytes_ -= kept->second.bytes;
+    kept_.erase(kept);
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::map<Gid, Kept> kept_;
+  std::size_t bytes_ = 0;
+  std::uint64_t last_ = 0;
+};
 
 GraphReader::GraphReader(dds_entity_t participant, RosGraph form)
     : participant_(participant),
@@ -65,7 +148,13 @@ GraphReader::GraphReader(dds_entity_t participant, RosGraph form)
       topic_(form == RosGraph::off
                  ? nullptr
                  : std::make_unique<Topic>(participant, discovery_endpoint(form), false)),
-      reader_(make_reader(participant, topic_.get(), discovery_endpoint(form), form)) {
+      announcements_(std::make_unique<Announcements>()),
+      reader_([&] {
+        const Listener listener(dds_create_listener(announcements_.get()), &dds_delete_listener);
+        dds_lset_data_available(listener.get(), &Announcements::on_data);
+        return make_reader(participant, topic_.get(), discovery_endpoint(form), form,
+                           listener.get());
+      }()) {
 }
 
 GraphReader::~GraphReader() {
@@ -77,19 +166,9 @@ void GraphReader::await_announced() {
   // Limit: the time for which the first look at the graph waits for the nodes of the processes that
   // are known. At it: those that came are shown. Seen: nodes that only a later look shows.
   constexpr auto kMostWait = std::chrono::milliseconds(1000);
-  const dds_time_t end = dds_time() + std::chrono::nanoseconds(kMostWait).count();
-  const dds_entity_t unread = dds_create_readcondition(reader_, DDS_ANY_STATE);
-  const dds_entity_t waitset = dds_create_waitset(participant_);
-  dds_waitset_attach(waitset, unread, 0);
-  const auto have_all_announced = [this] {
-    const dds_return_t known = dds_get_matched_publications(reader_, nullptr, 0);
-    return known < 0 || processes_.size() >= static_cast<std::size_t>(known);
-  };
-  for (take_discovered(); !have_all_announced(); take_discovered()) {
-    if (dds_waitset_wait_until(waitset, nullptr, 0, end) <= 0) break;
-  }
-  dds_delete(waitset);
-  dds_delete(unread);
+  const auto end = std::chrono::steady_clock::now() + kMostWait;
+  const dds_return_t known = dds_get_matched_publications(reader_, nullptr, 0);
+  if (known > 0) announcements_->wait(static_cast<std::size_t>(known), end);
 }
 
 void GraphReader::take_discovered() {
@@ -100,21 +179,17 @@ void GraphReader::take_discovered() {
 template <class ParticipantEntitiesInfo>
 void GraphReader::take_discovered_as() {
   ParticipantEntitiesInfo info;
-  ddsi_serdata* sample = nullptr;
-  dds_sample_info_t about;
   const auto gid = [](const auto& of) { return bytes_of(of.data.data()); };
-  while (dds_takecdr(reader_, &sample, 1, &about, DDS_ANY_STATE) == 1) {
-    const bool is_info = about.valid_data && topic_->type().message.decode(
-                                                 static_cast<Serdata*>(sample)->bytes(), &info);
-    ddsi_serdata_unref(sample);
-    if (!is_info) continue;
+  for (const auto& [key, sample] : announcements_->all()) {
+    const auto bytes = static_cast<Serdata*>(sample.get())->bytes();
+    if (!topic_->type().message.decode(bytes, &info)) continue;
     Process& process = processes_[gid(info.gid)] = {};
     for (const auto& node : info.node_entities_info_seq) {
       const std::string& space = node.node_namespace.get();
-      const std::string name = printable((space == "/" ? "" : space) + "/" + node.node_name.get());
-      process.nodes.push_back(name);
-      for (const auto& reader : node.reader_gid_seq) process.owners[gid(reader)] = name;
-      for (const auto& writer : node.writer_gid_seq) process.owners[gid(writer)] = name;
+      const std::size_t number = process.nodes.size();
+      process.nodes.push_back(printable((space == "/" ? "" : space) + "/" + node.node_name.get()));
+      for (const auto& reader : node.reader_gid_seq) process.owners[gid(reader)] = number;
+      for (const auto& writer : node.writer_gid_seq) process.owners[gid(writer)] = number;
     }
   }
 }
@@ -138,7 +213,8 @@ void GraphReader::for_each(dds_entity_t builtin_topic, Use&& use) const {
   dds_delete(reader);
 }
 
-void GraphReader::read_endpoints(Graph& graph, SentHashes& sent, bool writers) const {
+void GraphReader::read_endpoints(Graph& graph, SentHashes& sent, const Owners& owners,
+                                 bool writers) const {
   for_each<dds_builtintopic_endpoint_t>(
       writers ? DDS_BUILTIN_TOPIC_DCPSPUBLICATION : DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION,
       [&](const dds_builtintopic_endpoint_t& found) {
@@ -154,12 +230,8 @@ void GraphReader::read_endpoints(Graph& graph, SentHashes& sent, bool writers) c
             endpoint.type.starts_with("org::eclipse::cyclonedds::builtin")) {
           return;
         }
-        const std::string gid = bytes_of(found.key.v);
-        for (const auto& [participant, process] : processes_) {
-          if (const auto owner = process.owners.find(gid); owner != process.owners.end()) {
-            endpoint.node = owner->second;
-          }
-        }
+        const auto owner = owners.find(bytes_of(found.key.v));
+        if (owner != owners.end()) endpoint.node = *owner->second;
         // A service is known by what it receives.
         const std::string service = service_in(endpoint.name, "rq", "Request");
         const std::string client = service_in(endpoint.name, "rr", "Reply");
@@ -200,9 +272,15 @@ Graph GraphReader::read() {
     graph.nodes.insert(graph.nodes.end(), process.nodes.begin(), process.nodes.end());
   }
   std::sort(graph.nodes.begin(), graph.nodes.end());
+  Owners owners;
+  for (const auto& [gid, process] : processes_) {
+    for (const auto& [end, node] : process.owners) {
+      owners.insert_or_assign(end, &process.nodes[node]);
+    }
+  }
   SentHashes sent;
-  read_endpoints(graph, sent, true);
-  read_endpoints(graph, sent, false);
+  read_endpoints(graph, sent, owners, true);
+  read_endpoints(graph, sent, owners, false);
   for (auto* list : {&graph.publishers, &graph.subscriptions, &graph.services, &graph.clients}) {
     std::sort(list->begin(), list->end(), [](const auto& a, const auto& b) {
       return std::tie(a.name, a.node) < std::tie(b.name, b.node);
