@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -12,6 +13,7 @@
 #include "takt/containers/structure.hpp"
 #include "takt/messages/composition_interfaces/srv/list_nodes.hpp"
 #include "takt/messages/composition_interfaces/srv/unload_node.hpp"
+#include "takt/messages/entries.hpp"
 #include "takt/ros2/lifecycle_services.hpp"
 #include "takt/ros2/parameter_services.hpp"
 #include "takt/ros2/type_description_service.hpp"
@@ -124,9 +126,13 @@ constexpr const char* kNoStdException = "a component threw an object that is not
 
 // Removes the place from each error: a request has no lines.
 std::string text_of(const std::exception& error) {
-  std::string text = error.what();
-  for (std::size_t at; (at = text.find(kPlace)) != std::string::npos;)
-    text.erase(at, kPlace.size());
+  const std::string_view whole = error.what();
+  std::string text;
+  for (std::size_t begin = 0; begin <= whole.size();) {
+    const std::size_t end = std::min(whole.find(kPlace, begin), whole.size());
+    text += whole.substr(begin, end - begin);
+    begin = end + kPlace.size();
+  }
   return text;
 }
 
@@ -166,6 +172,7 @@ std::shared_ptr<Entity> statistics_service(Node& node, const Container& containe
 ComponentDescription describe(const ci::LoadNode::Request& request,
                               const std::vector<std::string>& executors, const LoadPolicy& policy) {
   policy.check();
+  if (const std::string why = why_too_long(request); !why.empty()) throw Error(why);
   document::Errors errors(kRequest);
   const Value component = component_of(request, errors);
   ComponentDescription description = read_component(component, executors, policy, errors);

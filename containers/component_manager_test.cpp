@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "takt/containers/configuration/configuration_file_test.hpp"
+#include "takt/messages/entries.hpp"
 #include "takt/messages/rcl_interfaces/msg/parameter_type.hpp"
 
 namespace takt {
@@ -52,6 +53,26 @@ std::string errors_of(const Request& request) {
     return "no error";
   } catch (const ConfigurationError& error) {
     return error.what();
+  }
+}
+
+// 200,000 rules of a peer held a container up for 20 s, and its end, too.
+TEST(LoadNode, RefusesListsAboveTheLimit) {
+  Request request = workload();
+  for (std::size_t i = 0; i < kMostEntries; ++i) {
+    request.remap_rules.push_back(fmt::format("a{}:=b", i));
+    request.parameters.push_back(number(fmt::format("p{}", i), 1));
+  }
+  const auto described = describe(request, {"default"}, {});
+  EXPECT_EQ(described.remap.size(), kMostEntries);
+  EXPECT_EQ(described.parameters.size(), kMostEntries);
+  Request rules = request, parameters = request, arguments = request;
+  rules.remap_rules.emplace_back("a:=b");
+  parameters.parameters.push_back(number("p", 1));
+  arguments.extra_arguments.resize(kMostEntries + 1);
+  for (const Request& longer : {rules, parameters, arguments}) {
+    EXPECT_THAT([&] { describe(longer, {"default"}, {}); },
+                testing::ThrowsMessage<Error>(HasSubstr("a list of 10001 entries is refused")));
   }
 }
 

@@ -361,9 +361,9 @@ void Container::bring_down_rest() {
 
 void Container::shut_down() {
   if (lifecycle_ == nullptr) return;
-  for (const std::string& name : lifecycle_->shut_down(kShutDownLimit)) {
+  for (auto& failure : lifecycle_->failures()) shared_.lock()->failures.push_back(failure);
+  for (const std::string& name : lifecycle_->shut_down(kShutDownLimit))
     note(fmt::format("lifecycle: {} was not shut down", name));
-  }
 }
 
 void Container::stop() {

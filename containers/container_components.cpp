@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <future>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,15 +14,24 @@
 namespace takt {
 namespace {
 
+// Of a request as of a file: each is looked up among all names.
+// Limit: errors about the names of a component's settings. At it: the rest is not looked for. Seen:
+// the last error says so.
+constexpr std::size_t kMostErrors = 100;
+
 // Checks names against the constructed node: only its constructor creates timers, parameters and
 // topics.
 void check_names(const ComponentDescription& component, const Node& node,
                  std::vector<std::string>& errors) {
+  // Returns false when there are enough.
   const auto add = [&](const SourceLine& where, std::string_view what, const std::string& name,
                        const std::string& what_to_do) {
     errors.push_back(
         Error(fmt::format("{} has no {} '{}'", noun_of(component), what, name), what_to_do, where)
             .what());
+    if (errors.size() < kMostErrors) return true;
+    errors.push_back(Error("more errors follow", "fix these first", where).what());
+    return false;
   };
   const auto line = [&](const auto& lines, const std::string& name) {
     const auto found = lines.find(name);
@@ -29,15 +39,11 @@ void check_names(const ComponentDescription& component, const Node& node,
   };
   const std::vector<std::string> declared = node.list_parameters().names;
   for (const std::string& name : node.unused_parameters()) {
-    add(line(component.parameter_lines, name), "parameter", name, suggest(name, declared));
+    const auto& where = line(component.parameter_lines, name);
+    if (!add(where, "parameter", name, suggest(name, declared))) return;
   }
   for (const std::string& name : node.unused_remaps()) {
-    if (component.guest) {  // as a container of ROS 2 does, for which launch files are written
-      log(LogLevel::info, "note: {} has no topic '{}': its remap rule does nothing so far",
-          node.fully_qualified_name(), name);
-      continue;
-    }
-    add(line(component.remap_lines, name), "topic to remap", name, "");
+    if (!add(line(component.remap_lines, name), "topic to remap", name, "")) return;
   }
   for (const std::string& name : node.timers_of_one_name()) {
     errors.push_back(Error(fmt::format("{} makes two timers called '{}'", noun_of(component), name),
@@ -45,11 +51,12 @@ void check_names(const ComponentDescription& component, const Node& node,
                          .what());
   }
   const auto check = [&](const auto& described, const auto& objects, std::string_view what) {
-    std::vector<std::string> names;
-    for (const auto& object : objects) names.push_back(object->name());
+    std::set<std::string> names;
+    for (const auto& object : objects) names.insert(object->name());
     for (const auto& [name, description] : described) {
-      if (std::find(names.begin(), names.end(), name) != names.end()) continue;
-      add(description.where, what, name, suggest(name, names));
+      if (names.contains(name)) continue;
+      const std::vector<std::string> valid(names.begin(), names.end());
+      if (!add(description.where, what, name, suggest(name, valid))) return;
     }
   };
   check(component.callback_groups, node.groups(), "callback group");

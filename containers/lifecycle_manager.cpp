@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "takt/base/logger.hpp"
 #include "takt/base/same_owner.hpp"
 #include "takt/messages/lifecycle_msgs/srv/change_state.hpp"
@@ -58,15 +60,18 @@ struct LifecycleManager::Managed {
   LifecycleState state = LifecycleState::unknown;
   TimePoint heard{}, answered{};
   std::uint64_t call = 0;   // the number of the last request
+  std::string failed_at;    // the transition that it failed or refused
+  bool was_heard = false;   // it has sent a heartbeat
   bool is_asked = false;    // the last request has no response yet
   bool is_lost = false;     // its heartbeats stopped
   bool has_failed = false;  // it failed or refused a transition
   bool was_up = false;      // if it is inactive now, another client deactivated it: leave it alone
   bool waits = false;       // deactivated until the nodes that it depends on are active
 
-  /// Whether the manager can continue with the next node in the order.
+  /// Whether the manager can continue with the next node in the order: not where the bring-up has
+  /// failed.
   bool is_settled() const {
-    return state == LifecycleState::active || is_lost || has_failed || (was_up && !waits);
+    return state == LifecycleState::active || (was_up && (is_lost || has_failed || !waits));
   }
   bool is_down() const { return state == LifecycleState::finalized || is_lost || has_failed; }
 };
@@ -111,6 +116,21 @@ std::vector<std::string> LifecycleManager::shut_down(Nanoseconds limit) {
   return left;
 }
 
+std::vector<std::string> LifecycleManager::failures() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string> failures;
+  for (const auto& node : nodes_) {
+    if (node->was_up || !(node->has_failed || node->is_lost)) continue;
+    failures.push_back(node->has_failed
+                           ? fmt::format("lifecycle: {} failed to {}; the bring-up stopped there",
+                                         node->name, node->failed_at)
+                           : fmt::format("lifecycle: {} {}; the bring-up stopped there", node->name,
+                                         node->was_heard ? "was lost" : "was not found"));
+    break;
+  }
+  return failures;
+}
+
 bool LifecycleManager::is_up() const {
   const std::lock_guard lock(mutex_);
   return std::all_of(nodes_.begin(), nodes_.end(),
@@ -122,6 +142,7 @@ void LifecycleManager::heard(const Heartbeat& heartbeat) {
   for (const auto& node : nodes_) {
     if (node->name != heartbeat.node) continue;
     node->heard = clock_.now();
+    node->was_heard = true;
     if (std::exchange(node->is_lost, false)) {
       log(LogLevel::warn, "lifecycle: {} is back", node->name);
       node->was_up = node->has_failed = false;  // bring it up again
@@ -142,8 +163,9 @@ void LifecycleManager::look_for_lost() {
     node->is_lost = true;
     node->is_asked = false;
     node->state = LifecycleState::unknown;
-    log(LogLevel::error, "lifecycle: {} is lost: no heartbeat for {} ms", node->name,
-        description_.heartbeat / std::chrono::milliseconds(1));
+    log(LogLevel::error, "lifecycle: {} is lost: no heartbeat for {} ms{}", node->name,
+        description_.heartbeat / std::chrono::milliseconds(1),
+        node->was_up ? "" : "; the bring-up stops there until it comes");
     if (description_.on_loss == LifecycleDescription::OnLoss::shutdown) target_ = Target::down;
   }
   step();
@@ -224,7 +246,9 @@ void LifecycleManager::ask(Managed& node, std::string_view transition) {
         node.answered = clock_.now();
         if (!response->success) {
           node.has_failed = true;
-          log(LogLevel::error, "lifecycle: {} failed to {}", node.name, label);
+          node.failed_at = label;
+          log(LogLevel::error, "lifecycle: {} failed to {}{}", node.name, label,
+              node.was_up || target_ != Target::up ? "" : "; the bring-up stops there");
         } else {
           node.state = label == "activate"   ? LifecycleState::active
                        : label == "cleanup"  ? LifecycleState::unconfigured

@@ -46,7 +46,8 @@ class HeartbeatSender {
 /// Manages lifecycle nodes of any process by ROS 2's service change_state. It reacts to the state
 /// in their heartbeats, so the rules also hold when another client changes a state:
 /// 1. Up: it configures and activates the nodes in the order of `bring_up`, each after the one
-///    before it is active or has failed, and only while all nodes that it depends on are active.
+///    before it is active, and only while all nodes that it depends on are active. At a node that
+///    fails, or that nobody has, the bring-up stops; one that comes later goes on from there.
 /// 2. If a node that an active node depends on becomes inactive, the dependent node is deactivated,
 ///    and activated again afterwards (`on_loss: deactivate_dependents`).
 /// 3. A node without heartbeats for the time `heartbeat` is lost. When its heartbeats return, it is
@@ -70,6 +71,8 @@ class LifecycleManager {
   /// Waits until all reachable nodes are finalized, or until `limit` has passed. Returns the names
   /// of the nodes that are not finalized.
   std::vector<std::string> shut_down(Nanoseconds limit);
+  /// Why the bring-up has stopped; before shut_down().
+  std::vector<std::string> failures() const;
   /// Whether all nodes are active. For tests.
   bool is_up() const;
 

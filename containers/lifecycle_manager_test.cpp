@@ -123,15 +123,31 @@ TEST_F(Lifecycle, ComesUpInOrderAndGoesDownInReverse) {
                                         "deactivate map", "cleanup map", "shutdown map"));
 }
 
-TEST_F(Lifecycle, ANodeThatFailsIsLeftAloneAndSoIsWhatDependsOnIt) {
-  make(OnLoss::report, {{"/control", {"/amcl"}}});
+// It went on, and the run ended with status 0.
+TEST_F(Lifecycle, ABringUpStopsAtANodeThatFailsAndSaysSo) {
+  make(OnLoss::report);
   node("others", 0).fails = "activate";
   run(1s);
   EXPECT_FALSE(manager_->is_up());
-  EXPECT_THAT(take_trace(), ElementsAre("configure map", "activate map", "configure amcl",
-                                        "activate amcl", "configure control"));
+  EXPECT_THAT(take_trace(),
+              ElementsAre("configure map", "activate map", "configure amcl", "activate amcl"));
+  EXPECT_THAT(manager_->failures(),
+              ElementsAre("lifecycle: /amcl failed to activate; the bring-up stopped there"));
   node("others", 0).fails = "";
   EXPECT_THAT(shut_down(), IsEmpty());
+}
+
+TEST_F(Lifecycle, ABringUpWaitsForANodeThatNobodyHasAndGoesOnWhenItComes) {
+  make(OnLoss::report);
+  processes_.erase("map");
+  run(1s);
+  EXPECT_THAT(take_trace(), IsEmpty());
+  EXPECT_THAT(manager_->failures(),
+              ElementsAre("lifecycle: /map was not found; the bring-up stopped there"));
+  begin("map", {"map"});
+  run(1s);
+  EXPECT_TRUE(manager_->is_up());
+  EXPECT_THAT(manager_->failures(), IsEmpty());
 }
 
 TEST_F(Lifecycle, WhatDependsOnALostNodeRestsUntilItIsBack) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <string_view>
 #include <tuple>
 
 namespace takt {
@@ -107,22 +108,29 @@ class Difference {
   }
 
   void executors() {
+    std::map<std::string_view, std::size_t> places;
     for (const GetStatistics::Executor& now : now_.executors) {
-      Interval::Executor row{now};
-      for (const Interval::Thread& thread : result_.threads) {
-        if (thread.executor != now.name) continue;
-        ++row.threads;
-        row.cpu_percent += thread.cpu_percent;
-      }
-      for (const Interval::Callback& callback : result_.callbacks) {
-        if (callback.executor != now.name) continue;
-        row.rate += callback.rate;
-        row.misses += callback.misses;
-        row.dropped += callback.dropped;
-        row.all_misses += callback.all_misses;
-        row.all_dropped += callback.all_dropped;
-      }
-      result_.executors.push_back(std::move(row));
+      places.try_emplace(now.name, result_.executors.size());
+      result_.executors.push_back({now});
+    }
+    const auto executor = [&](const std::string& name) {
+      const auto found = places.find(name);
+      return found != places.end() ? &result_.executors[found->second] : nullptr;
+    };
+    for (const Interval::Thread& thread : result_.threads) {
+      Interval::Executor* const row = executor(thread.executor);
+      if (row == nullptr) continue;
+      ++row->threads;
+      row->cpu_percent += thread.cpu_percent;
+    }
+    for (const Interval::Callback& callback : result_.callbacks) {
+      Interval::Executor* const row = executor(callback.executor);
+      if (row == nullptr) continue;
+      row->rate += callback.rate;
+      row->misses += callback.misses;
+      row->dropped += callback.dropped;
+      row->all_misses += callback.all_misses;
+      row->all_dropped += callback.all_dropped;
     }
   }
 

@@ -322,5 +322,20 @@ TEST(Diagnostics, AreOffWhereTheFileSaysSo) {
                            [](const Endpoint& end) { return end.topic == kDiagnosticsTopic; }));
 }
 
+// Of a stranger with as many rows as are read: executors times callbacks took takt top minutes.
+TEST(StatisticsInterval, OfTheMostRowsIsLinear) {
+  GetStatistics::Response answer;
+  answer.pid = 1;
+  for (int i = 0; i < 10'000; ++i) {
+    answer.executors.push_back({.name = fmt::format("e{}", i)});
+    answer.threads.push_back({.executor = fmt::format("e{}", i), .tid = i});
+    answer.callbacks.push_back({.executor = fmt::format("e{}", i), .received = 1, .misses = 2});
+  }
+  const StatisticsInterval of = interval({}, answer);
+  ASSERT_EQ(of.executors.size(), 10'000U);
+  EXPECT_EQ(of.executors.back().threads, 1U);
+  EXPECT_EQ(of.executors.back().all_misses, 2U);
+}
+
 }  // namespace
 }  // namespace takt::statistics_test

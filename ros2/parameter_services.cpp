@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/logger.hpp"
+#include "takt/messages/entries.hpp"
 #include "takt/messages/rcl_interfaces/msg/parameter_type.hpp"
 
 namespace takt {
@@ -116,20 +118,37 @@ wire::ListParametersResult to_message(ListParametersResult listed) {
       .set__prefixes(std::move(listed.prefixes));
 }
 
+// How each says that it has done nothing. Those that only read have no words for it.
+void refuse(srv::SetParameters::Response& response, std::string why) {
+  response.results.push_back(wire::SetParametersResult().set__reason(std::move(why)));
+}
+void refuse(srv::SetParametersAtomically::Response& response, std::string why) {
+  response.result.reason = std::move(why);
+}
+void refuse(auto&, const std::string&) {
+}
+
 // A service of this node, served by the host. The node lives until the callback returns: one of the
 // user, which that calls, may drop it.
 template <class S, class F>
 std::shared_ptr<Service<S>> serve(const Node& node, Node& host, std::string_view name, F callback,
                                   const std::shared_ptr<CallbackGroup>& group = nullptr) {
   const std::string& owner = node.fully_qualified_name();
-  return host.create_service<S>(
-      fmt::format("{}/{}", owner, name),
-      [weak = node.weak_from_this(), callback = std::move(callback)](
-          const typename S::Request& request, typename S::Response& response) {
-        const auto kept = weak.lock();
-        return callback(request, response);
-      },
-      group, rare_service(owner));
+  const std::string service = fmt::format("{}/{}", owner, name);
+  using Request = typename S::Request;
+  using Response = typename S::Response;
+  using Result = std::invoke_result_t<F&, const Request&, Response&>;
+  const auto limited = [weak = node.weak_from_this(), callback = std::move(callback), service](
+                           const Request& request, Response& response) -> Result {
+    const auto kept = weak.lock();
+    std::string why = why_too_long(request);
+    if (why.empty()) return callback(request, response);
+    static constinit LogThrottle throttle(1);
+    if (throttle.may_log()) log(LogLevel::warn, "{}: {}", service, why);
+    refuse(response, std::move(why));
+    return Result();
+  };
+  return host.create_service<S>(service, limited, group, rare_service(owner));
 }
 
 }  // namespace

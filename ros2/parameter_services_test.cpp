@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/messages/entries.hpp"
 #include "takt/messages/rcl_interfaces/msg/parameter_type.hpp"
 
 namespace takt {
@@ -110,6 +111,55 @@ class ParameterServicesTest : public testing::Test {
 TEST_F(ParameterServicesTest, AreEntitiesOfTheirHost) {
   EXPECT_EQ(host_->entities().size(), 6u);
   EXPECT_THAT(node_->entities(), IsEmpty());
+}
+
+// Each interface gets its limit, and one more.
+TEST_F(ParameterServicesTest, RefuseListsAboveTheLimit) {
+  const std::vector<std::string> most(kMostEntries, "a_boolean");
+  std::vector<std::string> more = most;
+  more.emplace_back("a_boolean");
+  const auto values = [&](const auto& names) {
+    return call<services::GetParameters>("get_parameters", about<services::GetParameters>(names))
+        .values.size();
+  };
+  EXPECT_EQ(values(most), most.size());
+  EXPECT_EQ(values(more), 0U);
+  const auto types = [&](const auto& names) {
+    return call<services::GetParameterTypes>("get_parameter_types",
+                                             about<services::GetParameterTypes>(names))
+        .types.size();
+  };
+  EXPECT_EQ(types(most), most.size());
+  EXPECT_EQ(types(more), 0U);
+  const auto described = [&](const auto& names) {
+    return call<services::DescribeParameters>("describe_parameters",
+                                              about<services::DescribeParameters>(names))
+        .descriptors.size();
+  };
+  EXPECT_EQ(described(most), most.size());
+  EXPECT_EQ(described(more), 0U);
+  const auto listed = [&](const auto& prefixes) {
+    return call<services::ListParameters>(
+               "list_parameters", services::ListParameters::Request().set__prefixes(prefixes))
+        .result.names.size();
+  };
+  EXPECT_EQ(listed(most), 1U);
+  EXPECT_EQ(listed(more), 0U);
+  std::vector<std::pair<std::string, wire::ParameterValue>> set(
+      kMostEntries, {"b_integer", to_message(std::int64_t{8})});
+  EXPECT_EQ(call<services::SetParameters>("set_parameters", to_set(set)).results.size(),
+            kMostEntries);
+  set.push_back({"b_integer", to_message(std::int64_t{9})});
+  const auto refused = call<services::SetParameters>("set_parameters", to_set(set)).results;
+  ASSERT_EQ(refused.size(), 1U);
+  EXPECT_THAT(refused[0].reason, HasSubstr("a list of 10001 entries is refused"));
+  EXPECT_EQ(node_->get_parameter<std::int64_t>("b_integer"), 8);
+  services::SetParametersAtomically::Request together;
+  together.parameters = to_set(set).parameters;
+  const auto result =
+      call<services::SetParametersAtomically>("set_parameters_atomically", together).result;
+  EXPECT_FALSE(result.successful);
+  EXPECT_THAT(result.reason, HasSubstr("a list of 10001 entries is refused"));
 }
 
 TEST_F(ParameterServicesTest, GetValuesOfAllTypes) {
