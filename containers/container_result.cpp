@@ -115,10 +115,9 @@ ProcessResult Container::result() const {
             "one",
             running->name, statistics.missed_periods, statistics.dropped_outputs));
       }
-      for (const std::string& note :
-           {statistics.in_force.refused, cpus_outside(statistics.in_force)}) {
+      const ThreadState& state = statistics.in_force;
+      for (const std::string& note : {state.refused, cpus_outside(state)})
         if (!note.empty()) result.notes.push_back(note);
-      }
       set_counted(statistics);
       result.threads.push_back({running->name, std::move(statistics), made.type, scheduler});
     }

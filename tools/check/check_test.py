@@ -163,17 +163,16 @@ def test_rules():
             "base/b.cpp:4: takt reads TAKT_B: let tools/takt/tests/environment_test.py try it")
 
 
-def test_files():
-    refused("readers of their own",
-            {"tools/a.cpp": SPDX + 'std::ifstream a(path);\nstd::ifstream b("/proc/self/status");\n'},
-            "tools/a.cpp:2: use RegularFile or read_text(), which end whatever the file is")
-    refused("writers of their own",
-            {"tools/a.cpp": SPDX + 'std::ofstream a(path);\nauto b = fopen(path, "w");\nint c = open(path, O_CREAT);\n'
-                                   'command.add_option("--json", path);\nauto d = fopen(path, "r+");\n'},
-            "tools/a.cpp:2: use OutputFile or write_output(), which overwrite no file of a person",
-            "tools/a.cpp:3: use OutputFile or write_output(), which overwrite no file of a person",
-            "tools/a.cpp:4: use OutputFile or write_output(), which overwrite no file of a person",
-            "tools/a.cpp:5: use add_output(), which checks the file before the command begins")
+def test_foreign_input():
+    refused("Python that imports what lies in the folder that it is started in",
+            {"tools/a.cpp": SPDX + 'run({"/usr/bin/python3", "-c"});\nrun({"python3", "-I", "a"});\nconst char* p = "python3";\n'
+             'run("python3 -m a");\nadvise("apt-get install python3");\nrun({kPython, "-I"});\nrun({kPython, path});\n',
+             "cmake/a.cmake": SPDX.replace("//", "#") + "set(a ${TAKT_PYTHON} ${script})\nset(a ${TAKT_PYTHON} -I ${script})\n"},
+            *(f"{place}: start Python with -I: it imports what lies in the folder that it is started in"
+              for place in ("cmake/a.cmake:2", "tools/a.cpp:2", "tools/a.cpp:5", "tools/a.cpp:8")))
+    refused("readers of JSON without a limit of levels",
+            {"tools/a.cpp": SPDX + 'auto a = json::parse(text);\n'},
+            "tools/a.cpp:2: use rt::parse_json(), which has a limit of levels, and errors for people")
 
 
 def test_class_size():
@@ -377,7 +376,7 @@ esac""")):
 if not shutil.which("clang-format"):
     skip("there is no clang-format (apt-get install clang-format)")
 test_rules()
-test_files()
+test_foreign_input()
 test_class_size()
 test_engine()
 test_links()

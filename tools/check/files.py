@@ -11,6 +11,10 @@ TEMPORARY = re.compile(r'temp_directory_path|"/tmp/|\b(?:tmpnam|tempnam|mktemp|t
 # Iceoryx chooses these names.
 NAMES_OF_ROUDI = re.compile(r'"/tmp/(?:roudi|iox-|\.takt_roudi_)')
 
+# Neither has a limit of levels, and people read what the first one throws.
+PARSES = re.compile(r"json::(?:parse|sax_parse)\(")
+PARSERS = {"measuring/json_text.cpp", "containers/configuration/json_document.cpp"}
+
 # Both would pass on what another process says as it is; the second also throws.
 PRINTS = re.compile(r"\bfmt::print\((?!file\b)")
 DUMPS = re.compile(r"\.dump\(")
@@ -30,13 +34,11 @@ READERS = {"containers/container_result.cpp", "containers/process_usage.cpp", "m
            "transport/shared_memory/roudi_process.cpp", "transport/shared_memory/shared_memory.cpp",
            "transport/dds/dds_security.cpp"}
 
-# What is written so may be a file of a person, or one that the same command reads.
-WRITES = re.compile(r'std::ofstream\b|\bfopen\([^;]*"[wa]|\bO_CREAT\b')
-WRITING = ("tools/", "measuring/", "recording/", "components/", "containers/", "rt_tests/", "rclcpp/src/")
-# A template is a new file, which it never overwrites.
-WRITERS = {"rclcpp/src/template.cpp"}
-# Nor is what such an option names checked.
-OUTPUTS = re.compile(r'add_option\(\s*"(?:--json|--csv|--report|--trace|--histfile|--save|-o,--output)"')
+# Without -I, Python imports first what lies in the folder that it is started in, which may be another user's.
+PYTHON = re.compile(r"""(?: (?<![=]\ )"(?:[^"\s]*/)?python3?" | \bkPython\b(?!\ =) | \$\{(?:TAKT_PYTHON|Python3?_EXECUTABLE)\} )
+                        (?! ,?\s*"?-I\b )
+                      | \bpython3?\ +(?!-I\b)(?:-[cm]\b|[\w./$-]*\.py\b)""", re.VERBOSE)
+STARTS_PYTHON = {".cpp", ".hpp", ".c", ".h", ".cmake", ".in", ".sh", ".txt"}
 
 # (what is written, why not)
 UNSOUND = [
@@ -83,6 +85,15 @@ def unsound(path, lines):
                 yield number, why
 
 
+def interpreters(path, text):
+    """(line number, what is wrong)"""
+    parts = pathlib.PurePath(path).parts
+    if pathlib.PurePath(path).suffix not in STARTS_PYTHON or parts[0] in NOT_PRODUCT or "tests" in parts or "_test." in parts[-1]:
+        return
+    for found in PYTHON.finditer(text):
+        yield text.count("\n", 0, found.start()) + 1, "start Python with -I: it imports what lies in the folder that it is started in"
+
+
 def readers(path, lines):
     """(line number, what is wrong)"""
     if not is_product(path) or path in READERS:
@@ -90,6 +101,8 @@ def readers(path, lines):
     for number, line in enumerate(lines, 1):
         if READS.search(line) and not READS_OF_THE_KERNEL.search(line):
             yield number, "use RegularFile or read_text(), which end whatever the file is"
+        if PARSES.search(line) and path not in PARSERS:
+            yield number, "use rt::parse_json(), which has a limit of levels, and errors for people"
 
 
 def writers(path, lines):

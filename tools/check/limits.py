@@ -30,7 +30,7 @@ What is not here is limited by the file or the code of a system: the `depth` of 
 executor. Messages that a full queue drops are counted in the column `dropped`.
 """
 PARTS = {
-    "Files and commands": ("containers/configuration", "containers/model", "containers/planning", "containers/component", "recording",
+    "Files and commands": ("containers/configuration", "containers/model", "containers/planning", "containers/component", "recording", "measuring",
                            "components", "rclcpp", "tools", "analysis", "base/error", "base/library"),
     "Messages, nodes and executors": ("base", "callback_groups", "entities", "executors", "nodes", "ros2", "sched", "containers"),
     "Between processes": ("messages", "transport"),

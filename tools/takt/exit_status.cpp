@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "outputs.hpp"
 #include "run/end_signals.hpp"
@@ -48,6 +49,10 @@ int status_of_error() noexcept {
 }
 
 std::string message_of(const std::exception& error) {
+  if (dynamic_cast<const nlohmann::json::exception*>(&error) != nullptr) {  // in no words of people
+    return "data of another process, or of a file that Takt has written, are not of the form that "
+           "this version of Takt has; run it again, and report it if it stays so";
+  }
   const auto* const of_system = dynamic_cast<const std::system_error*>(&error);
   const bool is_thread =
       of_system != nullptr && of_system->code() == std::errc::resource_unavailable_try_again;

@@ -15,6 +15,7 @@
 #include "takt/base/temporary.hpp"
 #include "takt/base/time.hpp"
 #include "takt/measuring/ddsperf.hpp"
+#include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
 
@@ -91,7 +92,10 @@ class SystemFile {
 class TraceFile {
  public:
   const std::string& path() const { return path_; }
-  json read() const { return json::parse(std::ifstream(path_)); }
+  json read() const {
+    std::ifstream file(path_);
+    return rt::parse_json(std::string(std::istreambuf_iterator<char>(file), {}));
+  }
 
  private:
   const TemporaryFolder folder_;

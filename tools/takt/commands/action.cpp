@@ -206,7 +206,9 @@ class GoalRun {
     print("Sending goal:\n{}\n",
           indented(read_message(types_.goal, request.bytes(), {.skipped = kGoalOffset}), 5));
     send_.send(request.bytes());
-    if (!serve([this] { return accepted_.has_value(); }, options_.timeout, kPatient)) {
+    if (!serve([this] { return accepted_.has_value(); }, options_.timeout,
+               [this] { return is_interrupted(); })) {
+      if (signal_ != 0) throw Interrupted(signal_, " before the goal was accepted");
       no_response("the goal");
     }
     if (!*accepted_) throw Error(fmt::format("action '{}' rejected the goal", name_));
@@ -227,7 +229,6 @@ class GoalRun {
 
  private:
   static constexpr std::size_t kGoalOffset = 32;  // behind the header and the goal's id
-  static constexpr auto kPatient = [] { return false; };
 
   template <class... Args>
   void print(fmt::format_string<Args...> format, Args&&... args) const {
@@ -313,14 +314,16 @@ class GoalRun {
   }
 
   void cancel() {
-    signals_.let_through();
     print("Canceling goal...\n");
     CancelGoal::Request request;
     request.goal_info.goal_id = id_;
     cancel_->async_send_request(request, [this](const CancelGoal::Response* answer) {
       canceled_ = answer != nullptr ? answer->goals_canceling.size() : 0;
     });
-    if (!serve([this] { return canceled_.has_value(); }, options_.timeout, kPatient)) {
+    bool is_hurried = false;
+    const auto hurries = [&] { return is_hurried = signals_.take() != 0; };
+    if (!serve([this] { return canceled_.has_value(); }, options_.timeout, hurries)) {
+      if (is_hurried) throw Interrupted(signal_, " before the goal was canceled");
       no_response("the cancellation");
     }
     if (*canceled_ == 0) {

@@ -62,9 +62,8 @@ int run(const std::shared_ptr<Node>& node, const char* what, const EndSignals& s
   int signal = 0;
   const auto take = control->create_file_descriptor(
       "signals", signals.fd(), FileDescriptorEvents::readable, [&](FileDescriptorEvents) {
-        if ((signal = signals.take()) == 0) return;
-        signals.let_through();  // a second one ends the process
-        executor->cancel();
+        if (const int taken = signals.take(); taken != 0) signal = taken;
+        if (signal != 0) executor->cancel();
       });
   const auto look = control->create_timer("look", 100ms, [&] {
     if (is_over()) executor->cancel();

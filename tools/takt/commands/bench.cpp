@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "takt/base/time.hpp"
+#include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/process_json.hpp"
 #include "takt/measuring/rounds.hpp"
@@ -301,7 +302,7 @@ void bench(const BenchOptions& options) {
     if (is_meant) chosen.push_back(&experiment);
   }
   begin_work();
-  const EndSignals signals;
+  EndSignals signals;
   Course course{.signals = signals};
   for (const Experiment* experiment : chosen) {
     for (const Variant& variant : experiment->variants(options)) {
@@ -309,7 +310,7 @@ void bench(const BenchOptions& options) {
     }
   }
   json document = rt::result_document(json::array());
-  document["paper"] = json::parse(kPaperFigures);
+  document["paper"] = rt::parse_json(kPaperFigures);
   document["experiments"] = json::array();
   for (const Experiment* experiment : chosen) {
     auto [result, ratios] = run(*experiment, options, course);
@@ -330,7 +331,7 @@ void bench(const BenchOptions& options) {
                                  " after the last run, before jitter and timeline");
     }
   }
-  signals.let_through();
+  signals.end();
   if (course.done != 0 || !course.interrupted) write(document, options);
   if (course.interrupted) throw Interrupted(*course.interrupted);
 }

@@ -267,7 +267,6 @@ std::pair<json, std::optional<Interrupted>> measure(std::vector<Comparison>& row
     interrupted.emplace(interruption.signal,
                         fmt::format(" when {} of {} runs were complete", runs.size(), total));
   }
-  signals.let_through();
   std::erase_if(rows, [](const Comparison& row) { return row.cpu_percent.empty(); });
   return {std::move(runs), interrupted};
 }

@@ -13,12 +13,11 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "takt/base/printable.hpp"
+#include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
@@ -59,6 +58,18 @@ std::string output_of(std::vector<std::string> words) {
   return text;
 }
 
+/// Whether a shell takes it as it is: `$`, quotes, `{`, `!` and the like would make it a command,
+/// and a `-` at its begin an option.
+bool is_plain(std::string_view word) {
+  constexpr std::string_view kInside = "_/.:,+@%=-";
+  const auto is_letter = [](char c) {
+    return ('a' <= (c | 32) && (c | 32) <= 'z') || ('0' <= c && c <= '9');
+  };
+  return !word.empty() && (is_letter(word.front()) || word.front() == '/' || word.front() == '_') &&
+         std::all_of(word.begin(), word.end(),
+                     [&](char c) { return is_letter(c) || kInside.find(c) != kInside.npos; });
+}
+
 /// The first word of each line is a name, the others say what it is.
 Candidates names_in_lines(const std::string& text) {
   Candidates names;
@@ -66,7 +77,7 @@ Candidates names_in_lines(const std::string& text) {
   for (std::string line; std::getline(lines, line);) {
     const std::size_t end = std::min(line.find(' '), line.size());
     const std::size_t what = std::min(line.find_first_not_of(' ', end), line.size());
-    names.push_back({line.substr(0, end), line.substr(what)});
+    if (is_plain(line.substr(0, end))) names.push_back({line.substr(0, end), line.substr(what)});
   }
   return names;
 }
@@ -109,13 +120,14 @@ Candidates values_in(const std::string& type) {
 
 Candidates names_in_json(const std::string& text, const Source& source) {
   Candidates names;
-  const auto rows = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
+  const auto rows = rt::json_or_null(text);
   if (!rows.is_array()) return names;
   const std::string_view end = source.end;
   for (const auto& row : rows) {
+    if (!row.is_object()) continue;
     std::string name = row.value(source.key, "");
     // No line and no command of a terminal is made of what others on the domain have named.
-    if (!name.ends_with(end) || printable(name) != name) continue;
+    if (!name.ends_with(end) || !is_plain(name)) continue;
     if (!end.empty()) name = name.substr(1, name.size() - 1 - end.size());
     names.push_back({name, row.value("description", "")});
   }

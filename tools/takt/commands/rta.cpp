@@ -1,7 +1,6 @@
 // takt rta: analyses of textbooks and papers on bare task sets.
 // SPDX-License-Identifier: Apache-2.0
 #include <iostream>
-#include <iterator>
 
 #include <fmt/format.h>
 
@@ -27,11 +26,23 @@ struct Options {
   std::string file = "-", json_path;
 };
 
+/// Of stdin, which may have no end.
+std::string read_stdin(document::Errors& errors) {
+  // Limit: bytes of a task set on stdin. At it: it is refused. Seen: the error.
+  constexpr std::size_t kMostBytes = 4 << 20;
+  std::string text(kMostBytes + 1, ' ');
+  std::cin.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(std::cin.gcount()));
+  if (text.size() > kMostBytes) {
+    errors.fail(1, fmt::format("the input has more than {} bytes", kMostBytes), "give fewer tasks");
+  }
+  return text;
+}
+
 TaskSet read(const std::string& file, const std::string& name) {
   document::Errors errors(file == "-" ? "stdin" : file);
   if (file != "-") return read_task_set(document::read(file, errors), name, errors);
-  const std::string text{std::istreambuf_iterator<char>(std::cin), {}};
-  return read_task_set(document::parse_json(text, errors), name, errors);
+  return read_task_set(document::parse_json(read_stdin(errors), errors), name, errors);
 }
 
 bool has(const Response& response) {

@@ -12,6 +12,7 @@
 #include "takt/base/temporary.hpp"
 #include "takt/base/time.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/process_json.hpp"
 #include "takt/measuring/rounds.hpp"
@@ -72,7 +73,7 @@ class System {
   json books() const {
     std::ifstream file(books_);
     if (!file) throw Error("a run of the self-test has left no books", "see its message above");
-    return json::parse(file);
+    return rt::parse_json(std::string(std::istreambuf_iterator<char>(file), {}));
   }
   const TemporaryFolder folder_;
   const std::string path_ = folder_ / "system.yaml", books_ = folder_ / "books.json",

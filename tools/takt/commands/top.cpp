@@ -142,7 +142,7 @@ class Session {
 
 // The first answers are only what the next ones are compared with.
 void run(const Options& options) {
-  const EndSignals signals;  // before any thread
+  const EndSignals signals(EndSignals::Command::looks);  // before any thread
   top::Watch watch(options.domain.number(), options.containers,
                    std::max<Nanoseconds>(2 * options.interval, 3s));
   const bool is_json = options.is_json || isatty(STDOUT_FILENO) == 0 || isatty(STDIN_FILENO) == 0;

@@ -2,13 +2,11 @@
 #include "graph/observer.hpp"
 
 #include <algorithm>
-#include <csignal>
 #include <optional>
 #include <set>
 #include <thread>
 
 #include <fmt/format.h>
-#include <sys/signalfd.h>
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
@@ -17,6 +15,7 @@
 #include "exit_status.hpp"
 #include "outputs.hpp"
 #include "prompt/values.hpp"
+#include "run/end_signals.hpp"
 #include "run/live_line.hpp"
 
 namespace takt::tools {
@@ -67,6 +66,10 @@ std::vector<GraphEndpoint> ends_of(const std::vector<GraphEndpoint>& all, const 
   return ends;
 }
 
+std::string process_of(const GraphEndpoint& end) {
+  return end.gid.substr(0, 12 * 3 - 1);
+}
+
 std::string absolute(const std::string& name) {
   return name.starts_with('/') ? name : "/" + name;
 }
@@ -94,19 +97,12 @@ Graph Observer::whole_graph(const std::function<bool(const Graph&)>& is_there) c
 }
 
 void Observer::run(Nanoseconds duration, bool ends_by_itself, Nanoseconds pause) {
-  sigset_t signals;
-  sigemptyset(&signals);
-  for (const int signal : {SIGINT, SIGTERM}) sigaddset(&signals, signal);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  const int fd = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
+  const EndSignals signals(EndSignals::Command::looks);
   int came = 0;
-  const auto signal = node_->create_file_descriptor("signal", fd, FileDescriptorEvents::readable,
-                                                    [&](FileDescriptorEvents) {
-                                                      signalfd_siginfo info{};
-                                                      if (read(fd, &info, sizeof info) <= 0) return;
-                                                      came = static_cast<int>(info.ssi_signo);
-                                                      stop();
-                                                    });
+  const auto signal = node_->create_file_descriptor(
+      "signal", signals.fd(), FileDescriptorEvents::readable, [&](FileDescriptorEvents) {
+        if ((came = signals.take()) != 0) stop();
+      });
   add(signal);
   std::shared_ptr<Timer> end;
   if (duration != Nanoseconds::zero()) {

@@ -65,6 +65,8 @@ std::string type_of(const std::vector<GraphEndpoint>& some,
                     const char* what);
 /// Those of the topic or service with this name.
 std::vector<GraphEndpoint> ends_of(const std::vector<GraphEndpoint>& all, const std::string& name);
+/// What the endpoints of a process have in common: of 16 bytes "01.10.…" the first 12.
+std::string process_of(const GraphEndpoint& end);
 /// Adds the leading slash to a name if it is missing.
 std::string absolute(const std::string& name);
 

@@ -2,10 +2,12 @@
 #include "graph/service_call.hpp"
 
 #include <algorithm>
-#include <set>
 
 #include <fmt/ranges.h>
 
+#include "takt/measuring/output.hpp"
+
+#include "graph/observer.hpp"
 #include "run/live_line.hpp"
 
 namespace takt::tools {
@@ -13,7 +15,29 @@ namespace takt::tools {
 std::vector<std::string> Caller::find(const std::string& ending) {
   std::this_thread::sleep_until(discovered_);
   comes_true([&] { return !owners(ending).empty(); }, std::chrono::seconds(3));
-  return owners(ending);
+  std::vector<std::string> found = owners(ending);
+  if (found.size() == kMostAsked) rt::to_stderr("note: only {} of them are asked\n", kMostAsked);
+  return found;
+}
+
+std::map<std::string, std::size_t> owners_in(const Graph& graph, std::string_view ending,
+                                             std::string_view type, std::size_t most) {
+  std::map<std::string, std::size_t> counts, chosen;
+  std::map<std::string, std::vector<std::string>> by_process;
+  for (const GraphEndpoint& service : graph.services) {
+    if (!service.name.ends_with(ending) || !is_topic_name(service.name)) continue;
+    if (!type.empty() && service.type != type) continue;
+    std::string name = service.name.substr(1, service.name.size() - 1 - ending.size());
+    ++counts[name];
+    by_process[process_of(service)].push_back(std::move(name));
+  }
+  for (std::size_t round = 0, left = counts.size(); chosen.size() < std::min(most, left); ++round) {
+    for (const auto& [process, names] : by_process) {
+      if (round >= names.size() || chosen.size() == most) continue;
+      chosen.emplace(names[round], counts[names[round]]);
+    }
+  }
+  return chosen;
 }
 
 std::size_t Caller::count(const std::string& service) {
@@ -57,12 +81,11 @@ bool Caller::comes_true(const std::function<bool()>& condition, Nanoseconds limi
 }
 
 std::vector<std::string> Caller::owners(const std::string& ending) const {
-  std::set<std::string> names;
-  for (const GraphEndpoint& service : participant_->graph().services) {
-    if (!service.name.ends_with(ending) || !is_topic_name(service.name)) continue;
-    names.insert(service.name.substr(1, service.name.size() - 1 - ending.size()));
+  std::vector<std::string> names;
+  for (const auto& [name, count] : owners_in(participant_->graph(), ending, "", kMostAsked)) {
+    names.push_back(name);
   }
-  return {names.begin(), names.end()};
+  return names;
 }
 
 void Caller::no_response(const std::string& whose, Nanoseconds limit) {

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -18,6 +20,8 @@
 
 #include "takt/base/error.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/messages/entries.hpp"
 
 #include "exit_status.hpp"
 #include "run/live_line.hpp"
@@ -28,6 +32,15 @@ namespace takt::tools {
 inline std::string service_of(const std::string& node, const char* name) {
   return (node.starts_with('/') ? "" : "/") + node + name;
 }
+
+/// The names N of the services "/N" + `ending` on the graph, of this type if it is not empty, and
+/// how many processes have each. A stranger may announce any number: of `most` names, each process
+/// gives one in turn.
+std::map<std::string, std::size_t> owners_in(const Graph& graph, std::string_view ending,
+                                             std::string_view type, std::size_t most);
+// Limit: services of one kind, as all containers have one, that a command asks at the same time. At
+// it: of each process as many as of every other are asked. Seen: a note.
+inline constexpr std::size_t kMostAsked = 200;
 
 /// How long a listing waits for the answers of all.
 inline constexpr std::chrono::seconds kListLimit(5);
@@ -110,7 +123,11 @@ class Caller {
                             Nanoseconds limit = std::chrono::seconds(30)) {
     const auto sent = send<S>(service, request, whose);
     const auto answer = receive(sent, limit);
-    if (answer) return *answer;
+    if (answer) {
+      const std::string why = why_too_long(*answer);
+      if (!why.empty()) throw Error(fmt::format("the answer of {} is not read: {}", whose, why));
+      return *answer;
+    }
     if (!sent.client->service_is_ready()) {
       throw Error(fmt::format("{} has gone without a response", whose), "its log may say why");
     }
@@ -161,7 +178,9 @@ Caller::Answers<S> Caller::ask_all(const std::vector<std::string>& owners, const
   for (std::size_t i = 0; i < owners.size(); ++i) {
     const auto answer =
         questions[i].is_answered() ? questions[i].answer->get() : typename Client<S>::Answer{};
-    if (answer) {
+    const std::string why = answer ? why_too_long(*answer) : "";
+    if (!why.empty()) rt::to_stderr("note: the answer of '{}' is not read: {}\n", owners[i], why);
+    if (answer && why.empty()) {
       answers.in_time.emplace_back(owners[i], *answer);
     } else {
       answers.silent.push_back(owners[i]);

@@ -3,9 +3,12 @@
 
 #include <map>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
+
+#include "takt/measuring/output.hpp"
 
 namespace takt::tools {
 namespace {
@@ -43,20 +46,26 @@ json process_json(const GraphParts::Process& process) {
           {"nodes", std::move(nodes)}};
 }
 
-json end_json(const End& end, const GraphParts& parts) {
-  json result{{"process", end.process},
-              {"node", end.node},
-              {"type", end.type},
-              {"depth", end.qos.depth},
-              {"reliable", end.qos.reliability == Reliability::reliable},
-              {"transient_local", end.qos.durability == Durability::transient_local}};
+/// How often a node of a process publishes on a topic.
+using Rates = std::map<std::tuple<std::string_view, std::string_view, std::string_view>, double>;
+
+Rates rates_of(const GraphParts& parts) {
+  Rates rates;
   for (const GraphParts::Process& process : parts.processes) {
-    if (process.structure.name != end.process) continue;
     for (const ContainerStructure::Rate& rate : process.structure.rates) {
-      if (rate.node == end.node && rate.topic == end.topic) result["rate_hz"] = rate.hz;
+      rates[{process.structure.name, rate.node, rate.topic}] = rate.hz;
     }
   }
-  return result;
+  return rates;
+}
+
+json end_json(const End& end) {
+  return {{"process", end.process},
+          {"node", end.node},
+          {"type", end.type},
+          {"depth", end.qos.depth},
+          {"reliable", end.qos.reliability == Reliability::reliable},
+          {"transient_local", end.qos.durability == Durability::transient_local}};
 }
 
 /// Why the two exchange no messages; empty: they do.
@@ -66,35 +75,50 @@ std::string mismatch(const End& from, const End& to) {
   return refused.empty() ? "" : fmt::format("less {} is offered than asked for", refused);
 }
 
-json topics_json(const GraphParts& parts) {
-  std::map<std::string, json> topics;
-  const auto topic = [&](const std::string& name) -> json& {
-    return topics
-        .try_emplace(name, json{{"name", name},
-                                {"publishers", json::array()},
-                                {"subscriptions", json::array()},
-                                {"mismatches", json::array()}})
-        .first->second;
-  };
-  for (const End& end : parts.publishers) {
-    topic(end.topic)["publishers"].push_back(end_json(end, parts));
-  }
-  for (const End& end : parts.subscriptions) {
-    json description = end_json(end, parts);
-    description.erase("rate_hz");
-    topic(end.topic)["subscriptions"].push_back(std::move(description));
-  }
-  for (const End& from : parts.publishers) {
-    for (const End& to : parts.subscriptions) {
-      if (from.topic != to.topic) continue;
-      const std::string why = mismatch(from, to);
+/// Those of a topic. Of endpoints that others may have made there may be any number.
+json mismatches_json(const std::vector<const End*>& publishers,
+                     const std::vector<const End*>& subscriptions) {
+  // Limit: pairs of a topic's publishers and subscriptions that `takt graph` compares. At it: the
+  // rest is not compared. Seen: a note.
+  constexpr std::size_t kMostPairs = 100'000;
+  // Limit: mismatches of a topic in a graph. At it: the rest is left out. Seen: a note.
+  constexpr std::size_t kMostMismatches = 100;
+  json mismatches = json::array();
+  std::size_t pairs = 0;
+  for (const End* from : publishers) {
+    for (const End* to : subscriptions) {
+      if (++pairs > kMostPairs || mismatches.size() == kMostMismatches) {
+        rt::to_stderr("note: not all mismatches of topic '{}' are shown\n", from->topic);
+        return mismatches;
+      }
+      const std::string why = mismatch(*from, *to);
       if (why.empty()) continue;
-      topic(from.topic)["mismatches"].push_back(
-          {{"from", from.node}, {"to", to.node}, {"why", why}});
+      mismatches.push_back({{"from", from->node}, {"to", to->node}, {"why", why}});
     }
   }
+  return mismatches;
+}
+
+json topics_json(const GraphParts& parts) {
+  struct Ends {
+    std::vector<const End*> publishers, subscriptions;
+  };
+  std::map<std::string, Ends> topics;
+  for (const End& end : parts.publishers) topics[end.topic].publishers.push_back(&end);
+  for (const End& end : parts.subscriptions) topics[end.topic].subscriptions.push_back(&end);
+  const Rates rates = rates_of(parts);
   json result = json::array();
-  for (auto& [name, of] : topics) result.push_back(std::move(of));
+  for (const auto& [name, ends] : topics) {
+    json topic{{"name", name}, {"publishers", json::array()}, {"subscriptions", json::array()}};
+    for (const End* end : ends.publishers) {
+      topic["publishers"].push_back(end_json(*end));
+      const auto rate = rates.find({end->process, end->node, name});
+      if (rate != rates.end()) topic["publishers"].back()["rate_hz"] = rate->second;
+    }
+    for (const End* end : ends.subscriptions) topic["subscriptions"].push_back(end_json(*end));
+    topic["mismatches"] = mismatches_json(ends.publishers, ends.subscriptions);
+    result.push_back(std::move(topic));
+  }
   return result;
 }
 

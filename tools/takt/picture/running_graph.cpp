@@ -23,11 +23,6 @@ using Endpoints = std::vector<GraphEndpoint>;
 
 constexpr const char* kStructure = "/_container/get_structure";
 
-/// What its endpoints have in common: of 16 bytes "01.10.…" the first 12.
-std::string process_of(const GraphEndpoint& end) {
-  return end.gid.substr(0, 12 * 3 - 1);
-}
-
 /// What is found on the domain, by process.
 class Processes {
  public:
@@ -38,7 +33,15 @@ class Processes {
           std::find_if(graph_.services.begin(), graph_.services.end(),
                        [&](const GraphEndpoint& each) { return each.name == service; });
       if (end == graph_.services.end()) continue;  // it has gone since it answered
-      processes_[process_of(*end)] = {std::move(structure)};
+      const std::string gid = process_of(*end);
+      for (const std::string& node : structure.nodes) nodes_.emplace(gid, node);
+      processes_[gid] = {std::move(structure)};
+    }
+    for (const Endpoints* ends : {&graph_.publishers, &graph_.subscriptions}) {
+      for (const GraphEndpoint& end : *ends) {
+        std::set<std::string>& users = users_[end.name];
+        if (is_drawn(end) && users.size() < 2) users.insert(end.node);
+      }
     }
   }
 
@@ -113,13 +116,9 @@ class Processes {
   bool is_spare(const GraphEndpoint& end) const {
     const auto found = processes_.find(process_of(end));
     if (found == processes_.end() || !found->second.is_container) return false;
-    const std::vector<std::string>& nodes = found->second.structure.nodes;
-    if (std::find(nodes.begin(), nodes.end(), end.node) != nodes.end()) return false;
-    const auto is_other = [&](const GraphEndpoint& other) {
-      return other.name == end.name && other.node != end.node && is_drawn(other);
-    };
-    return std::none_of(graph_.publishers.begin(), graph_.publishers.end(), is_other) &&
-           std::none_of(graph_.subscriptions.begin(), graph_.subscriptions.end(), is_other);
+    if (nodes_.contains({found->first, end.node})) return false;
+    const auto users = users_.find(end.name);
+    return users == users_.end() || users->second.size() < 2;  // itself
   }
 
   /// Its process, which knows its node from now on.
@@ -128,15 +127,14 @@ class Processes {
     Process& process =
         processes_.try_emplace(gid, Process{.structure = {.name = gid}, .is_container = false})
             .first->second;
-    std::vector<std::string>& nodes = process.structure.nodes;
-    if (std::find(nodes.begin(), nodes.end(), node_of(end)) == nodes.end()) {
-      nodes.push_back(node_of(end));
-    }
+    if (nodes_.emplace(gid, node_of(end)).second) process.structure.nodes.push_back(node_of(end));
     return process.structure;
   }
 
   const Graph graph_;
-  std::map<std::string, Process> processes_;  // by what process_of() says
+  std::map<std::string, Process> processes_;             // by what process_of() says
+  std::set<std::pair<std::string, std::string>> nodes_;  // of each process
+  std::map<std::string, std::set<std::string>> users_;   // of each topic: the nodes
 };
 
 }  // namespace

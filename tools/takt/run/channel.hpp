@@ -7,8 +7,10 @@
 #include <cerrno>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include <nlohmann/json.hpp>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -38,9 +40,10 @@ class Channel {
   }
   /// The next received document.
   std::optional<nlohmann::json> next() {
-    const std::size_t end = received_.find('\n');
+    const std::size_t end = received_.find('\n', looked_at_);
+    looked_at_ = end == std::string::npos ? received_.size() : 0;
     if (end == std::string::npos) return std::nullopt;
-    nlohmann::json document = nlohmann::json::parse(received_.substr(0, end));
+    nlohmann::json document = rt::parse_json(std::string_view(received_).substr(0, end));
     received_.erase(0, end + 1);
     return document;
   }
@@ -54,6 +57,11 @@ class Channel {
       return now > 0;
     }
   }
+  /// Whether there is something to read.
+  bool has_more() const {
+    pollfd event{fd_, POLLIN, 0};
+    return poll(&event, 1, 0) == 1 && (event.revents & POLLIN) != 0;
+  }
   std::optional<nlohmann::json> receive() {
     for (;;) {
       if (auto document = next()) return document;
@@ -66,6 +74,7 @@ class Channel {
  private:
   const int fd_;
   std::string received_;
+  std::size_t looked_at_ = 0;  // so much of it has no line break
 };
 
 }  // namespace takt::tools

@@ -11,7 +11,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <poll.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -20,6 +19,7 @@
 #include "takt/base/error.hpp"
 #include "takt/containers/container.hpp"
 
+#include "run/child_output.hpp"
 #include "run/live_line.hpp"
 
 namespace takt::tools {
@@ -28,9 +28,6 @@ namespace {
 // Limit: time in which the components of a process must be constructed for `takt check`. At it: the
 // child is killed. Seen: the error.
 constexpr auto kMostTime = std::chrono::milliseconds(30000);
-
-/// How often the child is looked at.
-constexpr auto kLook = std::chrono::milliseconds(10);
 
 /// The child writes it last: it ended neither before nor by itself.
 constexpr char kDone = '\0';
@@ -50,35 +47,20 @@ std::string construct(const SystemDescription& process) {
   }
 }
 
-/// Whether the child has ended; it is still to be waited for.
-bool has_ended(pid_t child) {
-  siginfo_t info{};
-  const int failed = waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOHANG | WNOWAIT);
-  return failed != 0 ? errno != EINTR : info.si_pid == child;
-}
-
-/// What the child wrote, up to kDone or its end; processes that a constructor began have the pipe
-/// too, so the end of the pipe may be later, or earlier if a constructor closes what is open.
+/// What the child wrote, up to kDone or its end.
 std::string answer_of(pid_t child, int pipe, bool& is_late) {
   const LiveLine line("constructing the components");
   const TimePoint limit = later(Clock::steady().now(), kMostTime);
-  std::string text;
-  std::array<char, 4096> buffer;
-  while (text.find(kDone) == text.npos) {
-    const bool is_last = has_ended(child);
-    pollfd event{pipe, POLLIN, 0};
-    poll(&event, 1, is_last ? 0 : static_cast<int>(kLook.count()));
-    const ssize_t size = event.revents == 0 ? -1 : read(pipe, buffer.data(), buffer.size());
-    if (size > 0) text.append(buffer.data(), static_cast<std::size_t>(size));
-    if (size == 0) pipe = -1;  // poll ignores it
-    if (is_last && size <= 0) break;
-    is_late = !is_last && Clock::steady().now() >= limit;
+  ChildOutput output(child, pipe);
+  while (output.text().find(kDone) == std::string::npos) {
+    if (!output.wait(between(Clock::steady().now(), limit))) break;
+    is_late = Clock::steady().now() >= limit;
     if (is_late) {
       kill(child, SIGKILL);
       break;
     }
   }
-  return text;
+  return output.text();
 }
 
 }  // namespace
@@ -106,7 +88,6 @@ std::vector<std::string> errors_of_construction(SystemDescription process) {
   close(pipe_ends[1]);
   bool is_late = false;
   std::string text = answer_of(child, pipe_ends[0], is_late);
-  close(pipe_ends[0]);
   int status = 0;
   waitpid(child, &status, 0);
   const std::size_t done = text.find(kDone);

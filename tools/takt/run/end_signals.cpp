@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
+#include <climits>
 #include <csignal>
-#include <cstring>
+#include <semaphore>
+#include <string>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <pthread.h>
@@ -16,9 +20,8 @@
 
 #include "takt/base/clock.hpp"
 #include "takt/base/error.hpp"
-#include "takt/base/logger.hpp"
+#include "takt/base/printable.hpp"
 #include "takt/base/signal_echo.hpp"
-#include "takt/measuring/output.hpp"
 
 namespace takt::tools {
 namespace {
@@ -41,8 +44,30 @@ sigset_t end_signals() {
   return signals;
 }
 
+/// Unless nobody reads stderr, for which an end does not wait.
+void say(const std::string& text) {
+  pollfd event{STDERR_FILENO, POLLOUT, 0};
+  const std::string line = printable(text, Lines::keep).substr(0, PIPE_BUF);
+  if (poll(&event, 1, 0) != 1 || (event.revents & POLLOUT) == 0) return;
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, line.data(), line.size());
+}
+
 void end_unless_echo(int signal) {
   if (!echo.is_echo(signal)) detail::end_by_signal(signal);
+}
+
+std::atomic<void (*)()> last_act{nullptr};
+
+/// By the signal itself, so that the parent process sees it.
+[[noreturn]] void end_by(int signal) {
+  if (const auto act = last_act.load()) act();
+  const sigset_t signals = end_signals();
+  if (signal != 0 && sigismember(&signals, signal) == 1) {
+    std::signal(signal, SIG_DFL);
+    pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+    raise(signal);
+  }
+  _exit(1);
 }
 
 }  // namespace
@@ -51,34 +76,126 @@ std::string name_of_signal(int signal) {
   return fmt::format("SIG{}", sigabbrev_np(signal));
 }
 
-EndSignals::EndSignals() {
-  sigset_t signals = end_signals();
-  sigaddset(&signals, SIGUSR1);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  fd_ = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
-  if (fd_ < 0) throw Error("cannot create a signalfd: " + errno_message(errno));
+struct EndSignals::Watch {
+  explicit Watch(Command of) : command(of) {
+    sigset_t signals = end_signals();
+    sigaddset(&signals, SIGUSR1);
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    received = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
+    stop = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    if (received < 0 || stop < 0 || pipe2(handed_on.data(), O_CLOEXEC | O_NONBLOCK) != 0) {
+      throw Error("cannot create a signalfd: " + errno_message(errno));
+    }
+  }
+  ~Watch() {
+    for (const int fd : {received, stop, handed_on[0], handed_on[1]}) close(fd);
+  }
+  Watch(const Watch&) = delete;
+  Watch& operator=(const Watch&) = delete;
+
+  void begin(const std::shared_ptr<Watch>& own) {
+    thread = std::thread([own] {
+      pthread_setname_np(pthread_self(), "signals");
+      while (own->look()) {
+      }
+    });
+  }
+
+  /// Stops the thread, unless a signal has set a limit to the rest of this process, too.
+  void leave() {
+    eventfd_write(stop, 1);
+    is_stopped.acquire();
+    stays ? thread.detach() : thread.join();
+  }
+
+  /// False: it is to stop.
+  bool look() {
+    const TimePoint now = Clock::steady().now();
+    if (now >= limit) {
+      const bool is_taken = untaken.load() == 0;
+      if (command == Command::looks || count > 1 || !is_taken) {
+        say(fmt::format("takt: {} did not end this in time; ending without destructors\n",
+                        name_of_signal(last)));
+        end_by(last);
+      }
+      limit = kNever;  // its own bounds count
+    }
+    const Nanoseconds left = limit - now;
+    const timespec time{left / std::chrono::seconds(1), (left % std::chrono::seconds(1)).count()};
+    std::array<pollfd, 2> events{{{received, POLLIN, 0}, {stop, POLLIN, 0}}};
+    ppoll(events.data(), events.size(), limit == kNever ? nullptr : &time, nullptr);
+    for (signalfd_siginfo signal{}; read(received, &signal, sizeof signal) > 0;) {
+      take(static_cast<int>(signal.ssi_signo));
+    }
+    if (eventfd_t asked = 0; eventfd_read(stop, &asked) == 0) {
+      stays = count > (command == Command::looks ? 0 : 1);
+      is_stopped.release();
+      return stays;
+    }
+    return true;
+  }
+
+  void take(int signal) {
+    if (echo.is_echo(signal)) return;
+    if (signal != SIGUSR1) {
+      last = signal;
+      ++count;
+      const bool is_hurried = command == Command::looks || count > 1;
+      const TimePoint now = Clock::steady().now();
+      limit =
+          count > 2 ? now : std::min(limit, later(now, is_hurried ? kHurriedEndLimit : kEndLimit));
+    }
+    ++untaken;
+    [[maybe_unused]] const ssize_t written = ::write(handed_on[1], &signal, sizeof signal);
+  }
+
+  const Command command;
+  int received = -1, stop = -1;
+  std::array<int, 2> handed_on{-1, -1};
+  std::atomic<int> untaken{0};
+  std::binary_semaphore is_stopped{0};
+  bool stays = false;
+  // The thread's.
+  TimePoint limit = kNever;
+  int count = 0, last = 0;
+  std::thread thread;
+};
+
+EndSignals::EndSignals(Command command) : watch_(std::make_shared<Watch>(command)) {
+  watch_->begin(watch_);
 }
 
 EndSignals::~EndSignals() {
-  let_through();
-  close(fd_);
+  end();
+}
+
+int EndSignals::fd() const noexcept {
+  return watch_->handed_on[0];
 }
 
 int EndSignals::take() const {
-  signalfd_siginfo signal{};
-  while (read(fd_, &signal, sizeof signal) > 0) {
-    const auto number = static_cast<int>(signal.ssi_signo);
-    if (!echo.is_echo(number)) return number;
-  }
-  return 0;
+  int signal = 0;
+  if (read(fd(), &signal, sizeof signal) != sizeof signal) return 0;
+  --watch_->untaken;
+  return signal;
 }
 
-void EndSignals::let_through() const {
+void EndSignals::end() {
+  if (!watch_->thread.joinable()) return;
+  watch_->leave();
+  let_through();
+}
+
+void EndSignals::let_through() {
   for (const int signal : kEndSignals) {
     if (!is_ignored(signal)) std::signal(signal, end_unless_echo);
   }
   const sigset_t signals = end_signals();
   pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+}
+
+void EndSignals::set_last_act(void (*act)()) noexcept {
+  last_act.store(act);
 }
 
 EndGuard::EndGuard(const EndSignals& signals) : EndGuard(&signals, -1) {
@@ -166,11 +283,11 @@ void EndGuard::watch() {
       } else if (hurried_limit == kNever) {
         const std::chrono::seconds most = hurries ? kHurriedEndLimit : kEndLimit;
         hurried_limit = later(now, most);
-        rt::to_stderr("takt: {}; waiting for {}, {} s at most\n",
-                      has_lost_parent_ ? "the process that controls this one has died"
-                      : signal_ != 0   ? name_of_signal(signal_)
-                                       : "the run is over",
-                      unfinished(), most.count());
+        say(fmt::format("takt: {}; waiting for {}, {} s at most\n",
+                        has_lost_parent_ ? "the process that controls this one has died"
+                        : signal_ != 0   ? name_of_signal(signal_)
+                                         : "the run is over",
+                        unfinished(), most.count()));
       }
       limit = std::min(end_limit_, hurried_limit);
       if (now >= limit) end_now();
@@ -184,7 +301,7 @@ void EndGuard::wait(Nanoseconds most) {
   int signals_fd = -1, parent_fd = -1;
   {
     const std::lock_guard lock(mutex_);
-    if (signals_ != nullptr && phase_ == Phase::start) signals_fd = signals_->fd();
+    if (signals_ != nullptr) signals_fd = signals_->fd();
     if (!has_lost_parent_) parent_fd = parent_;
   }
   // The parent has died when it neither sends nor receives any more.
@@ -196,9 +313,15 @@ void EndGuard::wait(Nanoseconds most) {
   const std::lock_guard lock(mutex_);
   if ((events[2].revents & POLLHUP) != 0) has_lost_parent_ = true;
   const int signal = events[1].revents != 0 ? signals_->take() : 0;
-  if (signal == 0) return;
-  if (signal_ != 0) end_now();  // it is the second
-  signal_ = signal;
+  if (signal == 0 || (phase_ == Phase::end && signal == SIGUSR1)) return;
+  if (phase_ == Phase::end) {
+    end_limit_ = std::min(end_limit_, later(Clock::steady().now(), kHurriedEndLimit));
+    signal_ = signal;
+  } else if (signal_ != 0) {
+    end_now();  // it is the second
+  } else {
+    signal_ = signal;
+  }
 }
 
 // With the lock held.
@@ -207,17 +330,10 @@ std::string EndGuard::unfinished() const {
   return phase_ == Phase::start ? "the set-up of the run" : "a callback or a destructor";
 }
 
-// End by the signal itself, so that the parent process sees it.
 void EndGuard::end_now() const {
-  rt::to_stderr("takt: {} did not return; ending the process without destructors\n", unfinished());
-  Logger::instance().flush();
-  const sigset_t signals = end_signals();
-  if (signal_ != 0 && sigismember(&signals, signal_) == 1) {
-    std::signal(signal_, SIG_DFL);
-    pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
-    raise(signal_);
-  }
-  _exit(1);
+  say(fmt::format("takt: {} did not return; ending the process without destructors\n",
+                  unfinished()));
+  end_by(signal_);
 }
 
 }  // namespace takt::tools

@@ -80,7 +80,6 @@ json run_here(SystemDescription system, ContainerOverrides overrides, Nanosecond
   int end = guard.has_begun();
   container.release();
   if (end == 0) end = wait_for_end(duration, signals, container);
-  signals.let_through();
   guard.ends(end);
   container.hold();
   container.shut_down();

@@ -22,6 +22,7 @@
 #include "takt/base/error.hpp"
 #include "takt/base/regular_file.hpp"
 #include "takt/base/temporary.hpp"
+#include "takt/measuring/json_text.hpp"
 
 #include "exit_status.hpp"
 #include "run/end_signals.hpp"
@@ -47,11 +48,11 @@ struct Start {
 };
 
 /// Does not return. Writes errno to the descriptor if it cannot be started.
-[[noreturn]] void become(const Start& start, pid_t parent, const EndSignals& signals, int failure) {
+[[noreturn]] void become(const Start& start, pid_t parent, int failure) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(1);  // it has died before
   setpgid(0, 0);
-  signals.let_through();
+  EndSignals::let_through();
   // Reading from the terminal would stop it, as its group is not the one in the foreground.
   if (isatty(STDIN_FILENO) != 0) dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
   if (!start.has_stdout) dup2(STDERR_FILENO, STDOUT_FILENO);
@@ -71,13 +72,13 @@ struct Start {
   _exit(write(failure, &error, sizeof error) == sizeof error ? 127 : 126);
 }
 
-pid_t begin(const Start& start, const EndSignals& signals) {
+pid_t begin(const Start& start) {
   std::array<int, 2> failure{};
   if (pipe2(failure.data(), O_CLOEXEC) != 0) {
     throw Error("cannot create a pipe: " + errno_message(errno));
   }
   const pid_t parent = getpid(), child = fork();
-  if (child == 0) become(start, parent, signals, failure[1]);
+  if (child == 0) become(start, parent, failure[1]);
   const int fork_error = errno;
   close(failure[1]);
   int error = 0;
@@ -162,7 +163,7 @@ json read_written(const std::string& path, const char* key, const Ended& ended,
                   const std::string& program, const char* what) {
   std::error_code is_missing;  // it is empty from the start to the end of the program
   if (std::filesystem::file_size(path, is_missing) != 0 && !is_missing) {
-    json written = json::parse(read_text(path, kMostBytes), nullptr, /*allow_exceptions=*/false);
+    json written = rt::json_or_null(read_text(path, kMostBytes));
     if (written.is_object() && written.contains(key)) return written;
   }
   if (ended.signal != 0 && ended.why_killed.empty()) {
@@ -189,8 +190,7 @@ json run_program(const ProgramRun& run) {
               {"TAKT_PLACEMENT", run.placement},
               {"TAKT_SCHEDULER", run.scheduler},
               {"TAKT_TRACE", run.trace_events == 0 ? "" : std::to_string(run.trace_events)}},
-             run.has_stdout},
-            signals);
+             run.has_stdout});
   begin_work();
   const Ended ended = wait_for_end(child, run.duration, signals);
   const std::string failure = failure_of(ended, run.words.front());
@@ -208,7 +208,7 @@ json nodes_of_program(const std::vector<std::string>& words, const std::string& 
   const TemporaryFolder folder;
   const std::string nodes = folder / "nodes.json";
   const pid_t child =
-      begin({words, {{"TAKT_NODES", nodes}, {"TAKT_CONFIG", absolute_path(file)}}, false}, signals);
+      begin({words, {{"TAKT_NODES", nodes}, {"TAKT_CONFIG", absolute_path(file)}}, false});
   const Ended ended = wait_for_end(child, kEndLimit, signals);
   check_complete(ended.signal, true);
   return read_written(nodes, "nodes", ended, words.front(), "not spun the nodes of the file");

@@ -2,6 +2,7 @@
 #include "run/result_csv.hpp"
 
 #include <initializer_list>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -16,9 +17,11 @@ namespace {
 
 using nlohmann::json;
 
-/// Names of topics and files may hold commas and quotes.
+/// Names of topics and files may hold commas and quotes, and begin as formulas of a spreadsheet do.
 std::string quoted(const std::string& text) {
-  const std::string shown = printable(text);
+  const bool is_formula =
+      !text.empty() && std::string_view("=+-@\t\r").find(text.front()) != std::string_view::npos;
+  const std::string shown = (is_formula ? "'" : "") + printable(text);
   if (shown.find_first_of(",\"") == std::string::npos) return shown;
   std::string result = "\"";
   for (const char character : shown) {

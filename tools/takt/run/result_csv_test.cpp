@@ -50,6 +50,18 @@ TEST(ResultCsv, HasALineForEachValueWithItsSampleSizeAndRunLength) {
   EXPECT_THAT(text, Not(HasSubstr("waiting_us p50")));  // without a sample
 }
 
+// A spreadsheet would run it.
+TEST(ResultCsv, HasNoNameThatIsAFormula) {
+  for (const std::string begin : {"=", "+", "-", "@"}) {
+    json of_others = document();
+    of_others["runs"][0]["processes"][0]["name"] = begin + "cmd|' /C calc'!A0";
+    EXPECT_THAT(result_csv(of_others), HasSubstr("process,'" + begin + "cmd|"));
+  }
+  json negative = document();
+  negative["runs"][0]["processes"][0]["cpu_percent"] = -1.5;
+  EXPECT_THAT(result_csv(negative), HasSubstr("cpu_percent,,,,-1.5,\n"));
+}
+
 TEST(ResultCsv, HasTheLimitsOfTheBuckets) {
   const std::string text = result_csv(document());
   EXPECT_THAT(text, HasSubstr("latency_us bucket,2,9.983,10.239,1,\n"));

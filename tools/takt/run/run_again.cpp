@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <csignal>
 #include <cstdlib>
 #include <set>
@@ -11,36 +10,40 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <poll.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "takt/base/clock.hpp"
 #include "takt/base/error.hpp"
 #include "takt/base/output_file.hpp"
 #include "takt/base/temporary.hpp"
+#include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
+
+#include "run/child_output.hpp"
 
 namespace takt::tools {
 
 namespace {
 
-/// Reads the child's output until its end. Passes a signal on to the child; a second one kills it.
+/// Reads the child's output until it ends. Passes a signal on to the child; a second one kills it,
+/// as does its time: one that is stopped takes no signal.
 std::string output_of(pid_t child, int pipe, const EndSignals& signals, int& signal) {
-  std::string text;
-  std::array<char, 65536> buffer;
+  ChildOutput output(child, pipe);
+  TimePoint limit = kNever;
   for (;;) {
-    std::array<pollfd, 2> events{{{pipe, POLLIN, 0}, {signals.fd(), POLLIN, 0}}};
-    poll(events.data(), events.size(), -1);
+    const TimePoint now = Clock::steady().now();
+    if (!output.wait(between(now, std::min(limit, later(now, std::chrono::hours(1)))),
+                     signals.fd())) {
+      return output.text();
+    }
     if (const int taken = signals.take(); taken != 0) {
       kill(child, signal == 0 ? taken : SIGKILL);
       signal = taken;
+      limit = later(Clock::steady().now(), kEndLimit + kHurriedEndLimit);
     }
-    if (events[0].revents == 0) continue;
-    const ssize_t size = read(pipe, buffer.data(), buffer.size());
-    if (size < 0 && errno == EINTR) continue;
-    if (size <= 0) return text;
-    text.append(buffer.data(), static_cast<std::size_t>(size));
+    if (Clock::steady().now() >= limit) kill(child, SIGKILL);
   }
 }
 
@@ -96,7 +99,7 @@ nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signa
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(1);  // it has died before
     setpgid(0, 0);
-    signals.let_through();
+    EndSignals::let_through();
     dup2(pipe_ends[1], STDOUT_FILENO);
     if (kept >= 0) dup2(kept, STDERR_FILENO);
     if (OutputFile::may_overwrite() && words.front() == "run") words.push_back("--force");
@@ -108,7 +111,6 @@ nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signa
   close(pipe_ends[1]);
   int signal = 0;
   const std::string text = output_of(child, pipe_ends[0], signals, signal);
-  close(pipe_ends[0]);
   int status = 0;
   waitpid(child, &status, 0);
   const std::string said = end_of(kept);
@@ -120,7 +122,8 @@ nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signa
                             WIFEXITED(status) ? WEXITSTATUS(status) : WTERMSIG(status)),
                 "see its message above");
   }
-  nlohmann::json result = nlohmann::json::parse(text);
+  nlohmann::json result = rt::json_or_null(text);
+  if (!result.is_object()) throw Error("a run has written no result", "see its message above");
   if (result.contains("runs")) {
     for (const nlohmann::json& run : result.at("runs")) show_notes(run.at("notes"));
   }

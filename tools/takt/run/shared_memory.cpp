@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 
+#include <fcntl.h>
 #include <nlohmann/json.hpp>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -14,6 +16,7 @@
 #include "takt/measuring/json_text.hpp"
 
 #include "exit_status.hpp"
+#include "run/child_output.hpp"
 
 namespace takt::tools {
 namespace {
@@ -89,7 +92,8 @@ json survey(const std::vector<SystemDescription>& processes, const ContainerOver
 json survey_apart(const std::vector<SystemDescription>& processes,
                   const ContainerOverrides& overrides) {
   std::array<int, 2> ends{};
-  if (pipe(ends.data()) != 0) throw Error("cannot create a pipe: " + errno_message(errno));
+  if (pipe2(ends.data(), O_CLOEXEC) != 0)
+    throw Error("cannot create a pipe: " + errno_message(errno));
   const pid_t parent = getpid();
   const pid_t pid = fork();
   if (pid < 0) throw Error("cannot create a process: " + errno_message(errno));
@@ -105,16 +109,12 @@ json survey_apart(const std::vector<SystemDescription>& processes,
     _exit(0);
   }
   close(ends[1]);
-  std::string text;
-  std::array<char, 4096> buffer{};
-  for (ssize_t now; (now = read(ends[0], buffer.data(), buffer.size())) != 0;) {
-    if (now > 0) text.append(buffer.data(), static_cast<std::size_t>(now));
-    if (now < 0 && errno != EINTR) break;
+  ChildOutput output(pid, ends[0]);
+  while (output.wait(std::chrono::hours(1))) {
   }
-  close(ends[0]);
   waitpid(pid, nullptr, 0);
-  json said = json::parse(text, nullptr, false);
-  if (said.is_discarded()) {
+  json said = rt::json_or_null(output.text());
+  if (said.is_null()) {
     throw Error("the process that constructs the components once to size shared memory has died",
                 "check that the components work without shared memory");
   }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <climits>
 #include <csignal>
 #include <cstdio>
 #include <deque>
@@ -25,6 +26,7 @@
 
 #include "exit_status.hpp"
 #include "run/channel.hpp"
+#include "run/child_output.hpp"
 #include "run/progress.hpp"
 #include "run/run_again.hpp"
 
@@ -44,30 +46,55 @@ constexpr auto kEndLimitAfterDeaths = 5s;
 class Output {
  public:
   ~Output() { set(-1); }
+  /// Of which a read does not wait.
   void set(int fd) {
     if (fd_ >= 0) close(fd_);
     fd_ = fd;
   }
   int fd() const noexcept { return fd_; }
-  /// Waits for output. After the end of the output, there is no descriptor.
-  void pump(const std::string& name) {
+  /// Takes some of what is there; false: nothing is. After the end of the output, there is no
+  /// descriptor.
+  bool pump(const std::string& name) {
     std::array<char, 4096> buffer;
     const ssize_t now = read(fd_, buffer.data(), buffer.size());
-    if (now < 0 && errno == EINTR) return;
+    if (now < 0 && errno == EINTR) return true;
+    if (now < 0 && errno == EAGAIN) return false;
     if (now > 0) text_.append(buffer.data(), static_cast<std::size_t>(now));
-    if (now <= 0 && !text_.empty()) text_ += '\n';
-    for (std::size_t end; (end = text_.find('\n')) != std::string::npos;) {
-      last_.push_back(text_.substr(0, end));
-      text_.erase(0, end + 1);
-      rt::to_stderr("[{}] {}\n", name, last_.back());
-      if (last_.size() > kLastLines) last_.pop_front();
+    show_lines(name);
+    if (now <= 0) end(name);
+    return now > 0;
+  }
+  /// The process has ended. What it has said is there; others that it has started may hold the
+  /// pipe, and write, for ever.
+  void drain(const std::string& name) {
+    for (std::size_t left = most_in(fd_) / PIPE_BUF + 1; left > 0 && pump(name); --left) {
     }
-    if (now <= 0) set(-1);
+    if (fd_ >= 0) end(name);
   }
   const std::deque<std::string>& last() const noexcept { return last_; }
 
  private:
+  void show_lines(const std::string& name) {
+    std::size_t begin = 0;
+    for (std::size_t end; (end = text_.find('\n', begin)) != std::string::npos; begin = end + 1) {
+      show(name, text_.substr(begin, end - begin));
+    }
+    text_.erase(0, begin);
+    if (text_.size() >= kMostLine) show(name, std::exchange(text_, {}));
+  }
+  void end(const std::string& name) {
+    if (!text_.empty()) show(name, std::exchange(text_, {}));
+    set(-1);
+  }
+  void show(const std::string& name, std::string line) {
+    last_.push_back(std::move(line));
+    rt::to_stderr("[{}] {}\n", name, last_.back());
+    if (last_.size() > kLastLines) last_.pop_front();
+  }
+
   static constexpr std::size_t kLastLines = 3;
+  // Limit: bytes of a line of a process. At it: the line is broken. Seen: the output.
+  static constexpr std::size_t kMostLine = 64 << 10;
   int fd_ = -1;
   std::string text_;
   std::deque<std::string> last_;
@@ -81,7 +108,11 @@ struct Supervisor::Child {
   }
   const std::string name;
   // Whether it runs and has completed its start or restart.
-  bool takes_part() const { return pid > 0 && steps.empty(); }
+  bool takes_part() const { return pid > 0 && !has_ended && steps.empty(); }
+  void leaves() {
+    has_ended = true;
+    end_limit = later(Clock::steady().now(), kEndLimit);
+  }
 
   RestartOptions restart;
   pid_t pid = 0;  // 0: not running
@@ -90,8 +121,9 @@ struct Supervisor::Child {
   std::deque<std::string> steps;  // of a restart: commands without a response so far
   std::optional<Channel> channel;
   Output output;
-  bool has_ended = false;  // it sends nothing more
-  std::string error;       // the last error that it reported
+  bool has_ended = false;        // it sends nothing more
+  TimePoint end_limit = kNever;  // when one that has ended so is killed
+  std::string error;             // the last error that it reported
   std::string death;
   int restarts = 0;
   TimePoint restart_at = kNever;
@@ -157,9 +189,6 @@ void Supervisor::release() {
   for (const auto& child : children_) {
     while (!answer_of(*child) && !child->has_ended) wait_for(*child);
   }
-  for (const auto& child : children_) {
-    if (child->has_ended) handle_end(*child);
-  }
 }
 
 void Supervisor::bound_end(bool uses_shared_memory) {
@@ -175,7 +204,7 @@ void Supervisor::watch(Nanoseconds duration) {
     bool is_any_left = false;
     for (const auto& child : children_) {
       if (child->restart_at <= now) restart(*child);
-      next = std::min(next, child->restart_at);
+      next = std::min({next, child->restart_at, child->end_limit});
       is_any_left |= child->pid > 0 || child->restart_at != kNever;
     }
     signal_ = signals_.take();
@@ -183,10 +212,14 @@ void Supervisor::watch(Nanoseconds duration) {
     pump(std::min(progress.show(now), next - now));
     for (const auto& child : children_) {
       if (child->pid > 0) go_on(*child);
-      if (child->pid > 0 && child->has_ended) handle_end(*child);
+      if (is_gone(*child)) handle_end(*child);
     }
   }
   for (const auto& child : children_) {
+    if (child->pid > 0 && child->has_ended) {  // as the run ends
+      await_end(*child);
+      handle_end(*child);
+    }
     child->restart_at = kNever;
     if (child->pid <= 0 || child->takes_part()) continue;
     child->death =
@@ -227,12 +260,14 @@ void Supervisor::begin(Child& child) {
     become_takt(std::move(words));
   }
   close(ends[1]), close(output[1]);
+  fcntl(output[0], F_SETFL, O_NONBLOCK);
   child.pid = pid;
   child.pidfd = static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
   child.is_made = false;
   child.channel.emplace(ends[0]);
   child.output.set(output[0]);
   child.has_ended = false;
+  child.end_limit = kNever;
   child.error.clear();
 }
 
@@ -265,8 +300,11 @@ std::optional<json> Supervisor::answer_of(Child& child) {
 json Supervisor::hear(Child& child) {
   for (;;) {
     if (std::optional<json> answer = answer_of(child)) return std::move(*answer);
-    if (child.has_ended && has_run_) throw std::runtime_error(end_of(child));
-    if (child.has_ended) throw Error(end_of(child));  // the file may be wrong
+    if (child.has_ended) {
+      await_end(child);
+      if (has_run_) throw std::runtime_error(end_of(child));
+      throw Error(end_of(child));  // the file may be wrong
+    }
     wait_for(child);
   }
 }
@@ -280,12 +318,13 @@ void Supervisor::wait_for(const Child& child) {
     kill(child.pid, SIGKILL);
     hurry();  // the others can end now
   }
-  pump(1s);
+  pump(std::min<Nanoseconds>(1s, between(Clock::steady().now(), limit_)));
 }
 
 // What is sound has this time for its destructors; what hangs is killed then.
 void Supervisor::hurry() {
-  limit_ = later(Clock::steady().now(), kHurriedEndLimit);
+  // EndSignals ends this process at kHurriedEndLimit, and one that is stopped would be left.
+  limit_ = later(Clock::steady().now(), kHurriedEndLimit - 500ms);
   is_hurried_ = true;
 }
 
@@ -296,14 +335,38 @@ void Supervisor::pump(Nanoseconds most) {
     const bool listens = child->channel && !child->has_ended;
     events.push_back({listens ? child->channel->fd() : -1, POLLIN, 0});
     events.push_back({child->output.fd(), POLLIN, 0});
-    events.push_back({is_ending_ ? child->pidfd : -1, POLLIN, 0});
+    events.push_back({child->pidfd, POLLIN, 0});
   }
   const timespec time = to_timespec(most);
   if (ppoll(events.data(), events.size(), &time, nullptr) <= 0) return;
   for (std::size_t i = 0; i < children_.size(); ++i) {
     Child& child = *children_[i];
     if (events[3 * i + 2].revents != 0) child.output.pump(child.name);
-    if (events[3 * i + 1].revents != 0) child.has_ended = !child.channel->read_some();
+    const bool listens = child.channel && !child.has_ended;
+    if (listens && events[3 * i + 1].revents != 0 && !child.channel->read_some()) child.leaves();
+    // A process that it has started may hold the connection.
+    if (listens && events[3 * i + 3].revents != 0 && !child.channel->has_more()) child.leaves();
+  }
+}
+
+/// Whether the process has ended. One that has only closed its connection is killed when its time
+/// is over.
+bool Supervisor::is_gone(const Child& child) {
+  if (child.pid <= 0 || !child.has_ended) return false;
+  siginfo_t info{};
+  waitid(P_PID, static_cast<id_t>(child.pid), &info, WEXITED | WNOHANG | WNOWAIT);
+  if (info.si_pid == child.pid) return true;
+  if (Clock::steady().now() >= child.end_limit) kill(child.pid, SIGKILL);
+  return false;
+}
+
+void Supervisor::await_end(Child& child) {
+  child.end_limit = std::min(child.end_limit, later(Clock::steady().now(), kHurriedEndLimit));
+  while (!is_gone(child)) {
+    const timespec time =
+        to_timespec(std::max<Nanoseconds>(between(Clock::steady().now(), child.end_limit), 10ms));
+    pollfd event{child.pidfd, POLLIN, 0};
+    ppoll(&event, 1, &time, nullptr);
   }
 }
 
@@ -318,7 +381,7 @@ bool Supervisor::end_some() {
       continue;
     }
     forget(*child);
-    while (child->output.fd() >= 0) child->output.pump(child->name);
+    child->output.drain(child->name);
   }
   return is_any_left;
 }
@@ -343,19 +406,20 @@ void Supervisor::end_now(const std::string& why) {
 
 void Supervisor::forget(Child& child) {
   child.pid = 0;
+  child.end_limit = kNever;
   close(std::exchange(child.pidfd, -1));
   child.channel.reset();
   child.steps.clear();
 }
 
-// "process 'x' was ended by signal 9 (Killed)", with its last output.
+// Of a process that is_gone(): "process 'x' was ended by signal 9 (Killed)", with its last output.
 std::string Supervisor::end_of(Child& child) {
   while (auto word = child.channel->next()) {
     if (word->contains("error")) child.error = word->at("error");
   }
   siginfo_t info{};
   waitid(P_PID, static_cast<id_t>(child.pid), &info, WEXITED | WNOWAIT);
-  while (child.output.fd() >= 0) child.output.pump(child.name);
+  child.output.drain(child.name);
   if (!child.error.empty()) return fmt::format("process '{}': {}", child.name, child.error);
   std::string text =
       info.si_code == CLD_EXITED

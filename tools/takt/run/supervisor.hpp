@@ -65,6 +65,8 @@ class Supervisor {
   void say_who_is_unmade() const;
   void end_now(const std::string& why);
   static void forget(Child& child);
+  static bool is_gone(const Child& child);
+  static void await_end(Child& child);
   std::string end_of(Child& child);
   void handle_end(Child& child);
 

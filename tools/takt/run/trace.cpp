@@ -295,7 +295,7 @@ constexpr std::size_t kMostTraceBytes = std::size_t{1} << 30;
 Trace read_trace(const std::string& path) {
   const std::string text = read_text(path, kMostTraceBytes);
   try {
-    return trace_of(json::parse(text));
+    return trace_of(rt::parse_json(text));
   } catch (const std::bad_alloc&) {
     throw Error("no memory is left to read this trace",
                 "raise the limit (ulimit -v), or run for a shorter time", path);

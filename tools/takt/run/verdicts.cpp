@@ -13,6 +13,7 @@
 #include "takt/base/error.hpp"
 #include "takt/base/printable.hpp"
 #include "takt/base/regular_file.hpp"
+#include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
 
@@ -104,10 +105,9 @@ std::vector<std::string> stored_names() {
 
 json read_stored(const std::string& path) {
   // Limit: bytes of a file of stored runs. At it: an error. Seen: the error.
-  constexpr std::size_t kMostStored = 1 << 30;
-  const std::string text = read_text(path, kMostStored);
+  constexpr std::size_t kMostStoredBytes = 1 << 30;
   try {
-    json runs = json::parse(text).at("runs");
+    json runs = rt::json_or_null(read_text(path, kMostStoredBytes)).at("runs");
     if (rows_of(runs).empty()) throw Error("no runs are stored in it", "store them again", path);
     for (std::size_t i = 0; i < runs.size(); ++i) {
       const std::string fault = stored_fault(runs[i]);

@@ -226,6 +226,32 @@ run.send(signal.SIGINT)
 status = run.end()
 check("as if nothing had been", status == 0 and run.read("slow.gone"), status, run.read("log"))
 
+# ---- Helpers ----
+
+# A driver starts a process that keeps its output, and the connection to takt run: this waited for the end of that
+# output, deaf to signals.
+def with_helper(text, *words):
+    run = Run(text, words)
+    open(run.path("slow.helper"), "w").close()
+    return run.begin()
+
+
+run = with_helper(TWO_SLOW, "run", "FILE", "--duration", "200ms")
+status = run.end()
+check("a run ends though a component's child keeps its output open and writes", status == 0 and run.read("slow.gone"),
+      status, run.read("log")[-500:])
+run = with_helper(TWO_SLOW, "run", "FILE")
+run.wait("slow.ticks", 3)
+os.kill(children_of(run.process)[1], KILL)
+check("a death is seen though a child of the process holds its connection",
+      run.wait("log", "process 'slow_process' was ended by signal 9"), run.read("log")[-500:])
+run.send(INT)
+status = run.end()
+check("and Ctrl-C ends the run", status == 1 and run.read("sound.gone"), status, run.read("log")[-500:])
+run = with_helper(ONE, "compare", "FILE", "--executors", "events", "--duration", "200ms")
+status = run.end()
+check("so does a comparison", status == 0, status, run.read("log")[-500:])
+
 # ---- SIGHUP ----
 
 TWO = "containers:\n" + container("sound") + container("other")

@@ -1,7 +1,9 @@
 // A component that leaves traces in the directory $WITNESS, for signals_test.py: its constructor
 // and destructor each append a line to a file of its name, its timer a byte. While there is a FIFO
 // NAME.gate, the constructor waits until somebody opens it; so does the timer, at NAME.jam. While
-// there is a file NAME.exit, the constructor ends the process, and a child of it goes on.
+// there is a file NAME.exit, the constructor ends the process, and a child of it goes on; while
+// there is one NAME.helper, it starts a process that keeps all that is open, and writes without an
+// end.
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 #include <filesystem>
@@ -27,6 +29,13 @@ class Witness : public takt::Node {
         for (;;) pause();
       }
       std::exit(0);
+    }
+    if (std::filesystem::exists(path("helper")) && fork() == 0) {
+      alarm(60);
+      for (;;) {
+        if (write(STDERR_FILENO, "help\n", 5) != 5) pause();
+        usleep(1000);
+      }
     }
     leave("made", "\n");
     timer_ = create_timer("tick", 5ms, [this] {

@@ -7,9 +7,12 @@
 
 #include <curses.h>
 #include <langinfo.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+
+#include "run/end_signals.hpp"
 
 namespace takt::tools::top {
 namespace {
@@ -63,12 +66,23 @@ int key_of(int code) {
   }
 }
 
+termios before{};  // what the terminal was like
+
+// What endwin() does, for an end in the middle of everything.
+void leave_terminal() {
+  static constexpr char kLeave[] = "\033[?1049l\033[?25h\033[0m\r\n";
+  [[maybe_unused]] const ssize_t written = write(STDOUT_FILENO, kLeave, sizeof kLeave - 1);
+  tcsetattr(STDIN_FILENO, TCSANOW, &before);
+}
+
 }  // namespace
 
 // newterm, not initscr, which ends the process where it knows no terminal.
 Screen::Screen() {
   std::setlocale(LC_CTYPE, "");
   has_blocks_ = std::string_view(nl_langinfo(CODESET)) == "UTF-8";
+  tcgetattr(STDIN_FILENO, &before);
+  EndSignals::set_last_act(&leave_terminal);
   set_escdelay(50);  // a sequence of the terminal, or Esc itself
   if (newterm(nullptr, stdout, stdin) == nullptr) {
     const char* const term = std::getenv("TERM");
@@ -85,6 +99,7 @@ Screen::Screen() {
 
 Screen::~Screen() {
   endwin();
+  EndSignals::set_last_act(nullptr);
 }
 
 void Screen::draw(View& view) {

@@ -97,6 +97,7 @@ std::string mark_of(Watched::State state) {
       return fmt::format(" ({})", to_string(state));
     case Watched::State::silent:
     case Watched::State::ambiguous:
+    case Watched::State::refused:
       break;
   }
   return " (old)";

@@ -11,6 +11,8 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/messages/entries.hpp"
 
 #include "exit_status.hpp"
 #include "graph/service_call.hpp"
@@ -23,6 +25,17 @@ using namespace std::chrono_literals;
 
 constexpr std::string_view kService = "/get_statistics";
 constexpr std::string_view kType = "takt_interfaces/srv/GetStatistics";
+
+// Of all containers together, as each has several.
+// Limit: rows of all tables that takt top reads in one interval. At it: a container that answers
+// with more than its share, and with more than 500, is not shown. Seen: its state.
+constexpr std::size_t kMostRows = 100'000;
+constexpr std::size_t kLeastShare = 500;
+
+std::size_t rows_of(const GetStatistics::Response& answer) {
+  return answer.threads.size() + answer.executors.size() + answer.callbacks.size() +
+         answer.chains.size() + answer.topics.size();
+}
 
 // Also if it is somebody else's.
 bool lives(int pid) {
@@ -43,6 +56,8 @@ const char* to_string(Watched::State state) {
       return "gone";
     case Watched::State::ambiguous:
       return "several processes have this name";
+    case Watched::State::refused:
+      return "answers with too many rows";
   }
   return "";
 }
@@ -99,6 +114,9 @@ Watch::Watch(int domain, const std::vector<std::string>& names, Nanoseconds pati
                 "start one whose file has the key 'dds', or name its domain (--domain, "
                 "ROS_DOMAIN_ID)");
   }
+  if (wanted.empty() && known.size() == kMostAsked) {
+    rt::to_stderr("note: only {} containers are asked; name those that are meant\n", kMostAsked);
+  }
   for (const std::string& name : wanted.empty() ? std::set(known.begin(), known.end()) : wanted) {
     add(name);
   }
@@ -115,13 +133,7 @@ Watch::~Watch() {
 
 // The names, and how many have each.
 std::map<std::string, std::size_t> Watch::found() const {
-  std::map<std::string, std::size_t> names;
-  for (const GraphEndpoint& service : participant_->graph().services) {
-    if (service.type != kType || !service.name.ends_with(kService)) continue;
-    if (!is_topic_name(service.name)) continue;
-    ++names[service.name.substr(1, service.name.size() - 1 - kService.size())];
-  }
-  return names;
+  return owners_in(participant_->graph(), kService, kType, finds_all_ ? kMostAsked : SIZE_MAX);
 }
 
 void Watch::add(const std::string& name) {
@@ -130,11 +142,29 @@ void Watch::add(const std::string& name) {
   shown_.push_back({.name = name});
 }
 
+// One that has gone makes room for one that comes.
+bool Watch::has_room() {
+  if (asked_.size() < kMostAsked) return true;
+  for (std::size_t i = 0; i < asked_.size(); ++i) {
+    if (asked_[i]->client->service_is_ready()) continue;
+    asked_.erase(asked_.begin() + static_cast<std::ptrdiff_t>(i));
+    shown_.erase(shown_.begin() + static_cast<std::ptrdiff_t>(i));
+    return true;
+  }
+  return false;
+}
+
+std::size_t Watch::most_rows() const {
+  return std::clamp(kMostRows / std::max<std::size_t>(asked_.size(), 1), kLeastShare, kMostEntries);
+}
+
 void Watch::ask() {
   const std::map<std::string, std::size_t> now = found();
   for (const auto& entry : now) {
     const auto is_it = [&](const Watched& known) { return known.name == entry.first; };
-    if (finds_all_ && std::none_of(shown_.begin(), shown_.end(), is_it)) add(entry.first);
+    if (finds_all_ && std::none_of(shown_.begin(), shown_.end(), is_it) && has_room()) {
+      add(entry.first);
+    }
   }
   for (std::size_t i = 0; i < asked_.size(); ++i) {
     const auto& asked = asked_[i];
@@ -184,6 +214,12 @@ void Watch::take() {
     }
     if (!answer) {
       shown.state = state_without_answer(asked, shown);
+      continue;
+    }
+    if (rows_of(*answer) > most_rows() || !why_too_long(*answer).empty()) {
+      shown.state = Watched::State::refused;
+      asked.before = {};
+      asked.before.pid = answer->pid;  // it has begun
       continue;
     }
     shown.is_new = true;

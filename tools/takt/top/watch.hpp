@@ -20,8 +20,9 @@ namespace takt::tools::top {
 
 /// A container, as it was when it last answered.
 struct Watched {
-  /// gone: its service has, and whether it has ended is not known here.
-  enum class State { running, silent, ended, gone, ambiguous };
+  /// gone: its service has, and whether it has ended is not known here. refused: it answers with
+  /// more rows than are read.
+  enum class State { running, silent, ended, gone, ambiguous, refused };
   std::string name;
   State state = State::silent;
   int pid = 0;
@@ -29,7 +30,8 @@ struct Watched {
   bool is_new = false;  // `last` is of this interval
 };
 
-/// "running", "does not answer", "ended", "gone", "several processes have this name".
+/// "running", "does not answer", "ended", "gone", "several processes have this name", "answers with
+/// too many rows".
 const char* to_string(Watched::State state);
 
 /// The containers on a domain that are watched.
@@ -58,6 +60,8 @@ class Watch {
   struct Asked;
   std::map<std::string, std::size_t> found() const;
   void add(const std::string& name);
+  bool has_room();
+  std::size_t most_rows() const;
   Watched::State state_without_answer(const Asked& asked, const Watched& shown) const;
 
   const bool finds_all_;

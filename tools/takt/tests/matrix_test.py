@@ -1,0 +1,134 @@
+#!/usr/bin/env python3
+"""Each command that waits x what it may wait for: a peer that does not answer, one that floods, a pipe that nobody
+reads, a child that is stopped. The first signal begins the end at once, of what only looks within 2 s; a second one
+ends it within 2 s.
+
+usage: matrix_test.py TAKT WITNESS_LIBRARY
+"""
+# SPDX-License-Identifier: Apache-2.0
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+from command import takt
+from checks import check, environment, eventually, finish
+
+library = os.path.abspath(sys.argv[2])
+INT, KILL = signal.SIGINT, signal.SIGKILL
+# What an idle machine has left over: this one compiles, perhaps.
+SLACK = 6
+folder = tempfile.TemporaryDirectory()
+work = pathlib.Path(folder.name)
+environment["WITNESS"] = folder.name
+ROBOT = work / "robot.yaml"
+ROBOT.write_text("dds: {shared_memory: off}\ncontainer:\n  name: robot\n  components:\n"
+                 "    - {component: takt::Workload, name: w, parameters: {publishers: {topic: [flood], period_us: [200],"
+                 " size_bytes: [20000]}}}\n")
+TWO = work / "two.yaml"
+TWO.write_text("".join(f"  - {{name: {name}, components: [{{component: Witness, library: {library}, name: {name}}}]}}\n"
+                       for name in ("sound", "slow")).join(("containers:\n", "")))
+ONE = work / "one.yaml"
+ONE.write_text(f"container: {{name: one, components: [{{component: Witness, library: {library}, name: sound}}]}}\n")
+
+
+class Begun:
+    """A command, and a pipe of its output that nobody reads, if so."""
+
+    def __init__(self, *words, piped=False):
+        self.words = words
+        self.ends = os.pipe() if piped else ()
+        if piped:  # it is full
+            os.set_blocking(self.ends[1], False)
+            try:
+                while os.write(self.ends[1], b"x" * 4096):
+                    pass
+            except BlockingIOError:
+                os.set_blocking(self.ends[1], True)
+        out = self.ends[1] if piped else subprocess.DEVNULL
+        self.process = subprocess.Popen([takt, *map(str, words)], env=environment, stdin=subprocess.DEVNULL, stdout=out,
+                                        stderr=out, start_new_session=True)
+
+    def lives(self):
+        return self.process.poll() is None
+
+    def ends_within(self, seconds):
+        begin = time.monotonic()
+        try:
+            self.process.wait(seconds + SLACK)
+        except subprocess.TimeoutExpired:
+            return None
+        return time.monotonic() - begin
+
+    def children(self):
+        path = pathlib.Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children")
+        return [int(pid) for pid in path.read_text().split()] if path.exists() else []
+
+    def close(self):
+        for pid in (*self.children(), self.process.pid):
+            try:
+                os.kill(pid, KILL)
+            except ProcessLookupError:
+                pass
+        self.process.wait()
+        for end in self.ends:
+            os.close(end)
+
+
+LOOKS = [("top", "--json"), ("topic", "echo", "/flood"), ("topic", "echo", "/flood", "--raw"), ("topic", "hz", "/flood"),
+         ("topic", "bw", "/flood"), ("topic", "list"), ("node", "list"), ("service", "list"), ("graph",), ("param", "list"),
+         ("component", "list"), ("lifecycle", "list"), ("action", "list"), ("param", "get", "/w", "use_sim_time"),
+         ("component", "load", "robot", "takt::Workload"),
+         ("service", "call", "/w/get_parameters", "rcl_interfaces/srv/GetParameters", "{names: [x]}")]
+
+
+def end_all(what, begun, seconds, signals=1):
+    """All at the same time, so that it is short."""
+    waiting = [each for each in begun if each.lives()]
+    for each in waiting:
+        each.process.send_signal(INT)
+    if signals == 2:
+        time.sleep(0.6)  # two equal ones at once are one
+        for each in waiting:
+            if each.lives():
+                each.process.send_signal(INT)
+    late = [(each.words, took) for each in waiting if (took := each.ends_within(seconds)) is None]
+    check(f"{what}: {len(waiting)} commands end within {seconds} s", waiting and not late, late)
+    for each in begun:
+        each.close()
+
+
+robot = Begun("run", ROBOT)
+eventually(lambda: b"robot" in subprocess.run([takt, "component", "list"], env=environment, capture_output=True,
+                                              check=False).stdout)
+for what, piped in (("a flood", False), ("a pipe that nobody reads", True)):
+    begun = [Begun(*words, piped=piped) for words in LOOKS]
+    time.sleep(2)  # most have ended by themselves, unless their pipe holds them
+    end_all(what, begun, 2)
+os.kill(robot.process.pid, signal.SIGSTOP)
+begun = [Begun(*words) for words in LOOKS]
+time.sleep(1.5)
+end_all("a peer that is silent", begun, 2)
+os.kill(robot.process.pid, signal.SIGCONT)
+
+# What runs: a child that is stopped, and a pipe, with two signals.
+record = ("bag", "record", "/flood", "-o", work / "flood.mcap")
+for what, begun in (("a child that is stopped", [Begun("run", TWO), Begun("compare", ONE, "--executors", "events", "--duration", "1h")]),
+                    ("a pipe that nobody reads",
+                     [Begun("run", TWO, piped=True), Begun(*record, piped=True),
+                      Begun("compare", ONE, "--executors", "events", "--duration", "1h", piped=True)])):
+    time.sleep(2)
+    if "child" in what:
+        for each in begun:
+            for pid in each.children()[-1:]:
+                os.kill(pid, signal.SIGSTOP)
+    end_all(what, begun, 2, signals=2)
+recording = subprocess.run([takt, "bag", "info", work / "flood.mcap"], env=environment, capture_output=True, text=True, check=False)
+check("the recording is readable", recording.returncode == 0 and "/flood" in recording.stdout, recording.stdout, recording.stderr)
+robot.process.send_signal(INT)
+check("the robot ends in order", robot.ends_within(20) is not None and robot.process.returncode == 0, robot.process.returncode)
+robot.close()
+finish()
