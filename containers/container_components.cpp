@@ -43,6 +43,11 @@ void check_names(const ComponentDescription& component, const Node& node,
     if (!add(where, "parameter", name, suggest(name, declared))) return;
   }
   for (const std::string& name : node.unused_remaps()) {
+    if (component.guest) {  // as a container of ROS 2 does, for which launch files are written
+      log(LogLevel::info, "note: {} has no topic '{}': its remap rule does nothing so far",
+          node.fully_qualified_name(), name);
+      continue;
+    }
     if (!add(line(component.remap_lines, name), "topic to remap", name, "")) return;
   }
   for (const std::string& name : node.timers_of_one_name()) {
@@ -203,37 +208,6 @@ void Container::choose_executors(ComponentDescription& component) const {
     throw Error("'on_exception: remove_node' needs a thread that removes the node",
                 "add a thread called 'container'", component.where);
   }
-}
-
-// The chains that would not be guaranteed any more with this component, but are without it.
-Container::Errors Container::lost_guarantees(const Loaded& loaded) const {
-  const auto has_deadline = [](const PlannedChain& chain) {
-    return chain.options.deadline != Nanoseconds::zero();
-  };
-  const std::vector<PlannedChain> chains = plan().chains;
-  if (std::none_of(chains.begin(), chains.end(), has_deadline)) return {};
-  ModelledProcess process = modelled();
-  const auto bounds = [&] {
-    return analyze(make_system_model(description_, chains, {&process, 1})).chains;
-  };
-  const auto before = bounds();
-  add_callbacks(loaded, process);
-  const auto after = bounds();
-  Errors errors;
-  for (std::size_t i = 0; i < chains.size(); ++i) {
-    const auto& [name, priority, deadline] = chains[i].options;
-    const auto is_kept = [&, limit = deadline](const ModelBounds::Chain& chain) {
-      return chain.bound && *chain.bound <= limit;
-    };
-    if (!is_kept(before[i]) || is_kept(after[i])) continue;
-    errors.push_back(fmt::format(
-        "with '{}', chain '{}' could take {}, and its deadline is {}; without it, the chain takes "
-        "{} at most; give the component another executor, a lower priority, or a smaller budget",
-        loaded.node()->fully_qualified_name(), name,
-        after[i].bound ? to_string(*after[i].bound) : "any time (" + after[i].why_not + ")",
-        to_string(deadline), to_string(*before[i].bound)));
-  }
-  return errors;
 }
 
 // Adds the component to the list and the plan. Throws Error, and changes nothing, if its executors

@@ -176,7 +176,6 @@ RingFile::RingFile(const FilePlace& place, std::size_t buffer_bytes, std::size_t
                 "use fewer or smaller ones", place.path());
   }
   buffers_.resize(buffers + kMostOwn);
-  open_file(place);
   void* memory = mmap(nullptr, memory_bytes_, PROT_READ | PROT_WRITE,
                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
   if (memory == MAP_FAILED) {

@@ -49,6 +49,7 @@ RULES = {
     "output": "what other processes say is escaped",
     "reader": "files are read by one reader",
     "interpreter": "Python is started with -I",
+    "writer": "files are written by one writer, and what options name is checked",
     "unsound": "no last pointer for a comparison, no static object on the heap",
     "environment": "variables of the environment are tried with all values",
     "link": "links in documents lead somewhere",
@@ -216,6 +217,11 @@ def check_readers(file, _):
 def check_interpreters(file, _):
     for line, what in file_rules.interpreters(file.path, file.text):
         yield Finding(file.path, line, "interpreter", what)
+
+
+def check_writers(file, _):
+    for line, what in file_rules.writers(file.path, file.lines):
+        yield Finding(file.path, line, "writer", what)
 
 
 def check_unsound(file, _):
@@ -456,7 +462,7 @@ def main():
                 *check_elements(files), *check_subjects(root, options.since)]
     for file in files:
         for rule in (check_file_length, check_function_length, check_class_size, check_spdx, check_public,
-                     check_contract, check_keep, check_temporary, check_output, check_readers,
+                     check_contract, check_keep, check_temporary, check_output, check_readers, check_writers,
                      check_interpreters, check_unsound, check_waiting, check_environment, check_links, check_phrases,
                      check_one_list, check_time_sums):
             findings.extend(rule(file, root))

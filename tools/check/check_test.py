@@ -175,6 +175,19 @@ def test_foreign_input():
             "tools/a.cpp:2: use rt::parse_json(), which has a limit of levels, and errors for people")
 
 
+def test_files():
+    refused("readers of their own",
+            {"tools/a.cpp": SPDX + 'std::ifstream a(path);\nstd::ifstream b("/proc/self/status");\n'},
+            "tools/a.cpp:2: use RegularFile or read_text(), which end whatever the file is")
+    refused("writers of their own",
+            {"tools/a.cpp": SPDX + 'std::ofstream a(path);\nauto b = fopen(path, "w");\nint c = open(path, O_CREAT);\n'
+                                   'command.add_option("--json", path);\nauto d = fopen(path, "r+");\n'},
+            "tools/a.cpp:2: use OutputFile or write_output(), which overwrite no file of a person",
+            "tools/a.cpp:3: use OutputFile or write_output(), which overwrite no file of a person",
+            "tools/a.cpp:4: use OutputFile or write_output(), which overwrite no file of a person",
+            "tools/a.cpp:5: use add_output(), which checks the file before the command begins")
+
+
 def test_class_size():
     def header(*members):
         return {"base/a.hpp": SPDX + "\nnamespace takt {\n\nclass A {\n public:\n" + "".join(
@@ -377,6 +390,7 @@ if not shutil.which("clang-format"):
     skip("there is no clang-format (apt-get install clang-format)")
 test_rules()
 test_foreign_input()
+test_files()
 test_class_size()
 test_engine()
 test_links()

@@ -39,6 +39,13 @@ PYTHON = re.compile(r"""(?: (?<![=]\ )"(?:[^"\s]*/)?python3?" | \bkPython\b(?!\ 
                         (?! ,?\s*"?-I\b )
                       | \bpython3?\ +(?!-I\b)(?:-[cm]\b|[\w./$-]*\.py\b)""", re.VERBOSE)
 STARTS_PYTHON = {".cpp", ".hpp", ".c", ".h", ".cmake", ".in", ".sh", ".txt"}
+# What is written so may be a file of a person, or one that the same command reads.
+WRITES = re.compile(r'std::ofstream\b|\bfopen\([^;]*"[wa]|\bO_CREAT\b')
+WRITING = ("tools/", "measuring/", "recording/", "components/", "containers/", "rt_tests/", "rclcpp/src/")
+# A template is a new file, which it never overwrites.
+WRITERS = {"rclcpp/src/template.cpp"}
+# Nor is what such an option names checked.
+OUTPUTS = re.compile(r'add_option\(\s*"(?:--json|--csv|--report|--trace|--histfile|--save|-o,--output)"')
 
 # (what is written, why not)
 UNSOUND = [

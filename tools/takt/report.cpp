@@ -9,6 +9,8 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/base/output_file.hpp"
+#include "takt/base/regular_file.hpp"
 #include "takt/base/temporary.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
@@ -86,8 +88,9 @@ void write_report(json document, const std::string& path, const std::vector<std:
   document["command"] = command_line();
   for (const std::string& file : files) document["graphs"].push_back(graph_of(file));
   const std::string script = std::string(kImportPage) + kReportScript;
-  if (python({"-c", script, std::filesystem::absolute(path), kReportPage},
-             rt::json_text(document)) != 0) {
+  const TemporaryFolder folder;
+  const std::string page = folder / "report.html";
+  if (python({"-c", script, page, kReportPage}, rt::json_text(document)) != 0) {
     throw std::runtime_error(path + ": the report was not drawn; see the message above");
   }
   write_output(path, read_text(page, kMostReport));
