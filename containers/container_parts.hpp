@@ -55,7 +55,7 @@ class Container::FirstCallbacks final : public NodeListener {
   void parameters_changed(Node& /*node*/) override {}
 
  private:
-  void begin_for(const Loaded& loaded, const CallbackGroup& group);
+  void begin(const Loaded& loaded, const CallbackGroup& group);
   void begin(RunningExecutor& running);
 
   Container& container_;

@@ -81,8 +81,7 @@ CycloneParticipant::CycloneParticipant(const DdsOptions& options)
   if (ros_graph_ != RosGraph::off) {
     announcer_ = std::make_unique<NodeAnnouncer>(handle_, ros_graph_);
   }
-  topic_watch_ = std::make_unique<TopicWatch>(
-      handle_, ros_graph_ == RosGraph::off ? std::function<Graph()>() : [this] { return graph(); });
+  topic_watch_ = std::make_unique<TopicWatch>(handle_);
 }
 
 CycloneParticipant::~CycloneParticipant() {

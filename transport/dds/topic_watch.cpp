@@ -1,19 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/transport/dds/topic_watch.hpp"
 
-#include <algorithm>
 #include <array>
-#include <chrono>
-#include <system_error>
-#include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/messages/type_description.hpp"
-#include "takt/sched/threads/thread_attributes.hpp"
 
 namespace takt {
 namespace {
@@ -23,20 +16,13 @@ using Listener = std::unique_ptr<dds_listener_t, decltype(&dds_delete_listener)>
 std::string of_node(const std::string& node) {
   return node.empty() ? "a node whose name is not known" : "node '" + node + "'";
 }
-/// As GraphEndpoint::gid.
-std::string gid_text(const std::string& bytes) {
-  std::vector<unsigned> numbers;
-  for (const char byte : bytes) numbers.push_back(static_cast<unsigned char>(byte));
-  return fmt::format("{:02x}", fmt::join(numbers, "."));
-}
 std::string_view kind(bool is_writer) {
   return is_writer ? "publisher" : "subscription";
 }
 
 }  // namespace
 
-TopicWatch::TopicWatch(dds_entity_t participant, std::function<Graph()> graph)
-    : graph_(std::move(graph)) {
+TopicWatch::TopicWatch(dds_entity_t participant) {
   dds_get_instance_handle(participant, &own_);
   const auto watch = [&](dds_entity_t topic, dds_on_data_available_fn on_data) {
     const Listener listener(dds_create_listener(this), &dds_delete_listener);
@@ -57,7 +43,6 @@ TopicWatch::TopicWatch(dds_entity_t participant, std::function<Graph()> graph)
 TopicWatch::~TopicWatch() {
   dds_delete(writers_);
   dds_delete(readers_);
-  naming_ = {};  // nothing begins it any more
 }
 
 void TopicWatch::add(const Endpoint& endpoint, bool is_writer) {
@@ -65,7 +50,7 @@ void TopicWatch::add(const Endpoint& endpoint, bool is_writer) {
   const std::lock_guard lock(mutex_);
   Ends& topic = topics_[dds_topic_name(endpoint.topic)];
   topic.ours.emplace(&endpoint, end);
-  for (const auto& [gid, other] : topic.others) compare(endpoint.topic, end, other, gid);
+  for (const auto& [gid, other] : topic.others) compare(endpoint.topic, end, other);
 }
 
 void TopicWatch::remove(const Endpoint& endpoint) noexcept {
@@ -99,7 +84,7 @@ void TopicWatch::discover(dds_entity_t reader, bool writers) noexcept {
         names_.emplace(gid, found.topic_name);
         topic.others.emplace(gid, other);
         for (const auto& [endpoint, ours] : topic.ours) {
-          if (compare(endpoint->topic, ours, other, gid)) break;  // one line of each that comes
+          if (compare(endpoint->topic, ours, other)) break;  // one line of each that comes
         }
       }
     }
@@ -112,10 +97,9 @@ void TopicWatch::forget_if_empty(const std::string& name) noexcept {
   if (topic->second.ours.empty() && topic->second.others.empty()) topics_.erase(topic);
 }
 
-bool TopicWatch::compare(const std::string& topic, const End& ours, const End& other,
-                         const std::string& gid) {
+// True: there was something to say.
+bool TopicWatch::compare(const std::string& topic, const End& ours, const End& other) {
   if (ours.type != other.type) {
-    if (is_put_off(topic, ours, other, gid)) return true;
     complain(
         LogLevel::error,
         fmt::format("topic '{}' has two types, so no message passes: {} for the {} of {} here, "
@@ -125,12 +109,11 @@ bool TopicWatch::compare(const std::string& topic, const End& ours, const End& o
     return true;
   }
   if (ours.is_writer == other.is_writer) {
-    return !ours.is_writer && compare_servers(topic, ours, other, gid);
+    return !ours.is_writer && compare_servers(topic, ours, other);
   }
   const std::string_view policy =
       ours.is_writer ? ours.qos.refuses(other.qos) : other.qos.refuses(ours.qos);
   if (policy.empty()) return false;
-  if (is_put_off(topic, ours, other, gid)) return true;
   complain(LogLevel::warn,
            fmt::format("topic '{}': the publisher of {} {} offers less than the subscription of {} "
                        "{} asks for: {}; no message passes",
@@ -142,11 +125,10 @@ bool TopicWatch::compare(const std::string& topic, const End& ours, const End& o
 }
 
 // What receives requests is a server. A node has many services; one line of each node will do.
-bool TopicWatch::compare_servers(const std::string& topic, const End& ours, const End& other,
-                                 const std::string& gid) {
+bool TopicWatch::compare_servers(const std::string& topic, const End& ours, const End& other) {
   constexpr std::string_view kBegin = "rq/", kEnd = "Request";
   if (!topic.starts_with(kBegin) || !topic.ends_with(kEnd)) return false;
-  if (doubted_.contains(ours.node) || is_put_off(topic, ours, other, gid)) return true;
+  if (doubted_.contains(ours.node)) return true;
   const std::string name =
       topic.substr(kBegin.size() - 1, topic.size() - kBegin.size() + 1 - kEnd.size());
   const bool is_said = complain(
@@ -156,63 +138,6 @@ bool TopicWatch::compare_servers(const std::string& topic, const End& ours, cons
                   name, of_node(ours.node), of_node(other.node)));
   if (is_said) doubted_.insert(ours.node);
   return true;
-}
-
-// With the lock held.
-bool TopicWatch::is_put_off(const std::string& topic, const End& ours, const End& other,
-                            const std::string& gid) {
-  // Limit: endpoints of others that do not match, and whose nodes are looked for. At it: further
-  // ones are logged without a name. Seen: the line.
-  constexpr std::size_t kMostUnnamed = 100;
-  if (gid.empty() || !graph_ || !other.node.empty() || unnamed_.size() == kMostUnnamed)
-    return false;
-  unnamed_.push_back({topic, ours, other, gid});
-  if (is_naming_) return true;
-  try {
-    naming_ = std::jthread([this](const std::stop_token& end) { name_others(end); });
-    is_naming_ = true;
-  } catch (const std::system_error&) {  // there are too many threads
-    unnamed_.pop_back();
-  }
-  return is_naming_;
-}
-
-void TopicWatch::name_others(const std::stop_token& end) {
-  apply({.name = "naming"}, Realtime::prefer);  // not the attributes of Cyclone's thread
-  constexpr int kLooks = 20;
-  constexpr auto kPause = std::chrono::milliseconds(50);
-  std::set<std::string> wanted;
-  std::map<std::string, std::string> nodes;
-  for (int look = 0; look < kLooks && !end.stop_requested(); ++look) {
-    {
-      const std::lock_guard lock(mutex_);
-      for (const Unnamed& one : unnamed_) wanted.insert(one.gid);
-    }
-    Graph graph;
-    try {
-      graph = graph_();
-    } catch (const Error&) {  // then they have no names
-      break;
-    }
-    for (const auto* ends : {&graph.publishers, &graph.subscriptions, &graph.services}) {
-      for (const GraphEndpoint& found : *ends) {
-        if (!found.node.empty()) nodes[found.gid] = found.node;
-      }
-    }
-    if (std::all_of(wanted.begin(), wanted.end(),
-                    [&](const std::string& gid) { return nodes.contains(gid_text(gid)); })) {
-      break;
-    }
-    std::this_thread::sleep_for(kPause);
-  }
-  const std::lock_guard lock(mutex_);
-  for (Unnamed& one : std::exchange(unnamed_, {})) {
-    if (const auto found = nodes.find(gid_text(one.gid)); found != nodes.end()) {
-      one.other.node = found->second;
-    }
-    compare(one.topic, one.ours, one.other, "");
-  }
-  is_naming_ = false;
 }
 
 bool TopicWatch::complain(LogLevel level, const std::string& line) {

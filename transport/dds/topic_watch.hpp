@@ -3,18 +3,13 @@
 #ifndef TAKT_TRANSPORT_DDS_TOPIC_WATCH_HPP_
 #define TAKT_TRANSPORT_DDS_TOPIC_WATCH_HPP_
 
-#include <functional>
 #include <map>
 #include <mutex>
 #include <set>
-#include <stop_token>
 #include <string>
-#include <thread>
-#include <vector>
 
 #include "takt/base/logger.hpp"
 #include "takt/transport/dds/cyclone_entity.hpp"
-#include "takt/transport/dds/graph.hpp"
 
 namespace takt {
 
@@ -23,17 +18,12 @@ namespace takt {
 /// pair is logged once: different types as an error, QoS that does not fit as a warning. So is a
 /// node of ours, the first time that another process serves one of its services, too.
 ///
-/// The other's node is named in the line. Only processes of Takt say it with an endpoint; of others
-/// it comes with their announcement of nodes, a moment later, for which a thread waits that lives
-/// no longer.
-///
 /// Thread safety: every method from any thread.
 /// Real-time: no. Discovered ends are compared on Cyclone's threads.
 class TopicWatch {
  public:
   /// Throws Error when Cyclone refuses to report what it discovers.
-  /// `graph`: what is on the domain, with the names of nodes; empty: nobody announces these.
-  TopicWatch(dds_entity_t participant, std::function<Graph()> graph);
+  explicit TopicWatch(dds_entity_t participant);
   ~TopicWatch();
   TopicWatch(const TopicWatch&) = delete;
   TopicWatch& operator=(const TopicWatch&) = delete;
@@ -56,31 +46,16 @@ class TopicWatch {
   void forget_if_empty(const std::string& name) noexcept;
   /// False: others have complained too often in this second, so that the line is left out.
   bool complain(LogLevel level, const std::string& line);
-  /// True: there is something to say. `gid`: of the other, to find its node first; empty: say it.
-  bool compare(const std::string& topic, const End& ours, const End& other, const std::string& gid);
-  bool compare_servers(const std::string& topic, const End& ours, const End& other,
-                       const std::string& gid);
-  bool is_put_off(const std::string& topic, const End& ours, const End& other,
-                  const std::string& gid);
-  void name_others(const std::stop_token& end);
+  bool compare(const std::string& topic, const End& ours, const End& other);
+  bool compare_servers(const std::string& topic, const End& ours, const End& other);
 
-  struct Unnamed {
-    std::string topic;
-    End ours, other;
-    std::string gid;  // the other's
-  };
-
-  const std::function<Graph()> graph_;
   LogThrottle throttle_{10};  // others must not fill the log
   dds_instance_handle_t own_ = 0;
   std::mutex mutex_;
   std::map<std::string, Ends> topics_;        // by the name that it has in DDS
   std::map<std::string, std::string> names_;  // of the topics of the others' ends
   std::set<std::string> doubted_;             // nodes of ours with a service that others serve, too
-  std::vector<Unnamed> unnamed_;              // that the thread looks for
-  bool is_naming_ = false;                    // the thread is at work
-  std::jthread naming_;
-  dds_entity_t writers_ = 0, readers_ = 0;  // where Cyclone reports them
+  dds_entity_t writers_ = 0, readers_ = 0;    // where Cyclone reports them
 };
 
 }  // namespace takt

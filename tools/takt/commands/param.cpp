@@ -88,6 +88,12 @@ class ParameterClient {
             .types;
     return types.empty() ? ParameterType::PARAMETER_NOT_SET : types.front();
   }
+  /// It is one now, and its type is fixed.
+  bool is_always_text(const std::string& name) {
+    if (type_of(name) != ParameterType::PARAMETER_STRING) return false;
+    const auto found = descriptors({name});
+    return !found.empty() && !found.front().dynamic_typing;
+  }
   /// The notation of the value gives its type; an empty list has the type of the node's parameter.
   msg::ParameterValue read(const document::Value& value, document::Errors& errors) {
     if (document::is_empty_list(&value)) {
@@ -308,9 +314,8 @@ void set(const Options& options) {
   ParameterClient client(caller, options);
   document::Errors errors("the value");
   document::Value value{.name = options.name, .content = options.value};
-  const bool is_text =
-      options.value.empty() || (is_text_as_it_is(options.value) &&
-                                client.type_of(options.name) == ParameterType::PARAMETER_STRING);
+  const bool is_text = options.value.empty() ||
+                       (is_text_as_it_is(options.value) && client.is_always_text(options.name));
   if (!is_text) {
     value = document::parse_yaml(options.value, errors, document::Rules::parameters);
     errors.throw_if_any();

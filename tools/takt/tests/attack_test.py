@@ -34,7 +34,7 @@ container:
     - {{component: takt::Workload, name: motors, executor: fast,
        parameters: {{publishers: {{topic: [x], period_us: [1000]}}}}}}
     - {{component: takt::LifecycleWorkload, name: arm, executor: disk,
-       parameters: {{publishers: {{topic: [y], period_us: [10000]}}, subscriptions: {{topic: [z]}}}}}}
+       parameters: {{publishers: {{topic: ["y"], period_us: [10000]}}, subscriptions: {{topic: [z]}}}}}}
     - {{component: takt::Recorder, name: recorder, executor: disk, parameters: {{file: all.mcap}}}}
 """
 

@@ -48,7 +48,8 @@ sentences = re.findall(r"^events: .*$", shown, re.M)
 check("one sentence is of the executor", len(sentences) == 1, shown)
 check("it names what is real, with its interval, or says that nothing is", re.match(
     r"events: (no real difference from single_threaded|"
-    r"\S.*? is [0-9.]+ \([0-9.]+ to [0-9.]+\) of single_threaded.*: real)\.", sentences[0]), sentences)
+    r"\S.*? is [0-9.]+ \([0-9.]+ to [0-9.]+\) of single_threaded.*: real, and so differ threads 3 against 2/3)\.", sentences[0]), sentences)
+check("what else differs stands above the table", "rows differ in threads: 2/3 (single_threaded); 3 (events)\n" in shown, shown)
 document = json.loads(pathlib.Path("six.json").read_text())
 ratios = document["ratios"]
 check("the figures are in the order of the table",

@@ -44,7 +44,7 @@ container:
       executor: e
       parameters: {publishers: {topic: [x], period_us: [1000], work_us: [10], size_bytes: [100], depth: [3]}}
       callbacks: {x_timer: {priority: 3, deadline: 10ms, execution: 1ms}}
-    - {component: takt::Workload, name: b, executor: f, parameters: {relays: {input: [x], output: [y], work_us: [10]}}}
+    - {component: takt::Workload, name: b, executor: f, parameters: {relays: {input: [x], output: [z], work_us: [10]}}}
 chains: [{name: chain, priority: 1, deadline: 100ms, path: [a/x_timer, b/x]}]
 """
 PARTS = """dds: {domain: 7, discovery: lo, shared_memory: off}
