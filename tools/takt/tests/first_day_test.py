@@ -82,7 +82,7 @@ STEPS = [
     ("takt run robot.yaml --duration 2s", 0, r"/filter +scan"),
     ("takt run robot.yaml --duration 2", 2, r"has no unit"),
     ("takt run robot.yaml --executor evnts", 2, r"did you mean 'events'"),
-    ("takt run robot.yaml --executor multi_threaded --duration 1s", 0, r"^multi_threaded +/lidar"),
+    ("takt run robot.yaml --executor multi_threaded --duration 1s", 0, r"^fast +/lidar +scan_timer"),
     ("takt run robot.yaml --duration 1s --trace trace.json", 0, r"/motor +points"),
     ("takt model trace.json -o model.yaml", 0, r"/filter"),
     ("takt analyze robot.yaml --model model.yaml", (0, 1), r"drive"),

@@ -180,7 +180,7 @@ terminal.keys("p")
 check("and goes on", eventually(lambda: "PAUSED" not in terminal.screen()), terminal.screen())
 terminal.tmux("resize-window", "-x", "60", "-y", "12")
 check("a smaller window shows the help in its last line",
-      eventually(lambda: len(terminal.screen().splitlines()) == 12 and terminal.screen().splitlines()[-1].startswith("q quit")),
+      eventually(lambda: len(terminal.screen().splitlines()) == 12 and terminal.screen().splitlines()[-1].startswith("? help")),
       terminal.screen())
 terminal.tmux("resize-window", "-x", "150", "-y", "24")
 second = start("second")
