@@ -147,7 +147,7 @@ def bucket_limit_us(bucket):
 
 
 def row_name(run):
-    parts = [run["executor"]] + [run[key] for key in ("scheduler", "composition") if run[key] != "file"]
+    parts = [run["executor"]] + [run[key] for key in ("placement", "scheduler", "composition") if run.get(key, "file") != "file"]
     return ", ".join(parts)
 
 

@@ -84,6 +84,17 @@ def legend_of(axes):
         axes.legend(fontsize=7, ncol=2, loc="upper center", bbox_to_anchor=(0.5, -0.14))
 
 
+def svg_of(figure):
+    text = io.StringIO()
+    figure.tight_layout()
+    # Also a long legend is in it.
+    figure.savefig(text, format="svg", transparent=True, bbox_inches="tight", metadata={"Date": None})
+    plt.close(figure)
+    svg = text.getvalue()
+    # Black is that of the text, also on a dark screen.
+    return svg[svg.index("<svg"):].replace("stroke: #000000", "stroke: var(--text)")
+
+
 class Page:
     """Collects figures and tables, each with what it says about its data."""
 
@@ -110,16 +121,10 @@ class Page:
         self.add(f"<h{level}>{html.escape(text)}</h{level}>")
 
     def figure(self, figure, caption):
-        text = io.StringIO()
-        figure.tight_layout()
-        figure.savefig(text, format="svg", transparent=True, bbox_inches="tight")  # also a long legend is in it
-        plt.close(figure)
-        # Black is that of the text, also on a dark screen.
-        self.drawing(text.getvalue().replace("stroke: #000000", "stroke: var(--text)"), caption)
+        self.drawing(svg_of(figure), caption)
 
     def drawing(self, svg, caption, is_wide=False):
         self.count += 1
-        svg = svg[svg.index("<svg"):]
         # Several pictures share the page, but their ids must not.
         svg = re.sub(r'id="([^"]+)"', rf'id="f{self.count}_\1"', svg)
         svg = re.sub(r'url\(#([^)]+)\)', rf'url(#f{self.count}_\1)', svg)
@@ -172,9 +177,8 @@ def quantile(buckets, fraction):
     return 0
 
 
-def percentile_curves(page, named_buckets, caption):
-    """Latency against the percentile, the axis stretched towards 100 % (as HdrHistogram draws)."""
-    figure, axes = plt.subplots()
+def draw_percentiles(axes, named_buckets):
+    """Latency against the percentile, the axis stretched towards 100 % (as HdrHistogram draws). Returns the samples."""
     totals = []
     for line, (name, buckets) in zip(lines(), named_buckets):
         total = sum(count for _, count in buckets)
@@ -188,7 +192,7 @@ def percentile_curves(page, named_buckets, caption):
             ys.append(max(value, 0.01))
         axes.plot(xs, ys, label=f"{name} (n = {total})", drawstyle="steps-pre", **line)
     if not totals:
-        return plt.close(figure)
+        return 0
     axes.set_xscale("log")
     axes.set_yscale("log")
     # As far as the number of samples carries: of 200, one in 100 can be seen, and not one in 1000.
@@ -200,7 +204,15 @@ def percentile_curves(page, named_buckets, caption):
     axes.set_xlabel("percentile (%)")
     axes.set_ylabel("latency (µs)")
     legend_of(axes)
-    page.figure(figure, f"{caption} Percentiles; n = {sum(totals)} samples.")
+    return sum(totals)
+
+
+def percentile_curves(page, named_buckets, caption):
+    figure, axes = plt.subplots()
+    samples = draw_percentiles(axes, named_buckets)
+    if not samples:
+        return plt.close(figure)
+    page.figure(figure, f"{caption} Percentiles; n = {samples} samples.")
 
 
 def over_time(page, named, caption):

@@ -4,9 +4,10 @@
 usage: results.py measure [PART...]  measures into docs/results/DATE, 40 minutes; nothing else should run
                                      (PART: only these again, of the newest date, while the code is the same;
                                      bounds: into docs/results/bounds, 13 minutes;
-                                     threads [PIECE...]: into docs/results/threads, 7 minutes)
+                                     threads [PIECE...]: into docs/results/threads, 7 minutes;
+                                     robot: into docs/results/robot, 2 minutes)
        results.py write              makes docs/results/DATE.md, bounds.md, threads.md and the README's figures from
-                                     that data
+                                     that data; its picture, too, where that shows other data
        results.py check              exit status 1 if they are not what the data gives
 
 The newest date counts. A file of data is what the command wrote, without the histograms.
@@ -24,6 +25,7 @@ import sys
 
 import bounds
 import paper
+import robot
 import threads
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
@@ -37,7 +39,6 @@ EXPERIMENTS = {
     "goodput": "--duration 200ms --repeat 10", "executors": "--duration 500ms --repeat 10",
     "nav2": "--duration 2s --repeat 3", "create3": "--duration 1s --repeat 3",
     "reference_system": "--duration 3s --repeat 3"}
-DEMO = "compare examples/03_robot/robot.yaml --executors all --duration 3s"
 TIMERS = "latency -p 80 -i 1000 -D 2s --executor all --early-wake 50us -q"
 DISPATCH = ("dispatch_benchmark --benchmark_filter=^between_threads|/(events|static_single_threaded|single_threaded)/threads:1/"
             "statistics:[a-z]+/nodes --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true "
@@ -65,11 +66,6 @@ def measure_dispatch(out):
     kept = ("run_name", "run_type", "cpu_time", "time_unit")
     return {"context": {"load_avg": document["context"]["load_avg"]}, "benchmarks": [
         {key: row[key] for key in kept} for row in document["benchmarks"] if row["run_type"] == "iteration"]}
-
-
-def measure_demo(out):
-    document, text = run("takt", DEMO + " --json", out)
-    return {"machine": document["machine"], "table": text[text.index("executor  "):].rstrip()}
 
 
 def measure_experiment(name, out):
@@ -103,6 +99,11 @@ def measure_bounds():
     keep_with_report("bounds", document, document)
 
 
+def measure_robot():
+    kept, drawn = robot.measure(ROOT / "build/release/bin/takt", ROOT, ROOT / "build/release/robot.json")
+    keep_with_report("robot", {"date": str(datetime.date.today()), "commit": git("rev-parse", "HEAD"), **kept}, drawn)
+
+
 def measure_threads(wanted):
     """All pieces, or only these again, while the code is the same."""
     if not set(wanted) <= set(threads.PIECES):
@@ -124,14 +125,16 @@ def measure_threads(wanted):
 def measure(wanted):
     if git("status", "--porcelain", "--", *MEASURED):
         sys.exit("commit first: the page names the commit that it measures")
-    parts = {"dispatch": measure_dispatch, "demo": measure_demo,
+    parts = {"dispatch": measure_dispatch,
              **{name: functools.partial(measure_experiment, name) for name in EXPERIMENTS}, "timers": measure_timers}
     if wanted == ["bounds"]:
         return measure_bounds()
+    if wanted == ["robot"]:
+        return measure_robot()
     if wanted[:1] == ["threads"]:
         return measure_threads(wanted[1:])
     if not set(wanted) <= set(parts):
-        sys.exit(f"a part is one of: {' '.join(parts)}, or bounds or threads alone")
+        sys.exit(f"a part is one of: {' '.join(parts)}, or bounds, robot or threads alone")
     if wanted:
         date, data = newest(ROOT)
         about = data["about"]
@@ -149,6 +152,7 @@ def measure(wanted):
         keep(name, parts[name](str(folder / "out.json")))
     if not wanted:
         keep("about", {**about, "load_after": os.getloadavg()[0]})
+        measure_robot()
         measure_bounds()
         measure_threads([])
 
@@ -235,17 +239,17 @@ def dispatch_table(dispatch):
             f"\n\nMedians and ranges of {repetitions} repetitions, which alternate; load average {load:.1f}.")
 
 
-def demo_table(demo):
-    return (f"```\n{demo['table']}\n```\n\nLatencies of subscriptions in µs, publish → callback; statistics `full`; "
-            f"one run of 3 s each; {load_of(demo)} at the end. Compare the rows, and ignore the maxima.")
-
-
 def timers_section(timers):
     rows = [[row["name"], f"{row['p50_us']:.2f}", f"{row['p99_us']:.2f}", row["max"], row["early"],
              f"{row['cpu_percent']:.2f}"] for _, row in sorted(timers["thread"].items(), key=lambda each: int(each[0]))]
     return (f"## Timers under each executor\n\n`takt {TIMERS}`: SCHED_FIFO 80, 1 kHz; statistics `full`; "
             f"{load_of(timers)} at the end. `clock_nanosleep` is the bare loop.\n\n" +
             table(["row", "p50 (µs)", "p99 (µs)", "max (µs)", "early", "CPU (%)"], rows))
+
+
+def robot_table(document):
+    return (f"{robot.table(document)} (Six runs of 2 s each in turns, each executor of the file with its threads; CPU in % of one; "
+            f"{load_of(document)} at the end.)")
 
 
 # ---- Pages ----
@@ -291,8 +295,7 @@ def page(date, data, is_older):
         table(["claim", "the paper saw", "seen here", "holds"], claims),
         "## CPU time to bring a message to its callback\n\nInside one process, including the publish: two of N nodes "
         "play ping-pong on one thread.\n\n" + dispatch_table(data["dispatch"]),
-        *experiments, timers_section(data["timers"]),
-        "## The robot of the demo\n\n" + demo_table(data["demo"])]) + "\n"
+        *experiments, timers_section(data["timers"])]) + "\n"
 
 
 def bounds_page(document, is_older):
@@ -312,16 +315,35 @@ def threads_page(document, is_older):
         threads.section(document, table)]) + "\n"
 
 
-def with_figures(readme, date, data):
+def with_figures(readme, root):
     """The README with its figures between their marks."""
-    at = (f"Measured on {date} at commit {data['about']['commit'][:9]} on {machine_of(data['memory']['machine'])} "
-          f"(virtual, shared): [all results](docs/results/{date}.md).")
-    for name, text in (("demo", demo_table(data["demo"])), ("dispatch", dispatch_table(data["dispatch"]))):
+    date, data = newest(root)
+    measured = read_robot(root)
+
+    def at(date, commit, machine):
+        return f"Measured on {date} at commit {commit[:9]} on {machine_of(machine)} (virtual, shared)"
+
+    robot_at = at(measured["date"], measured["commit"], measured["machine"])
+    dispatch_at = at(date, data["about"]["commit"], data["memory"]["machine"])
+    for name, text in (("robot", f"{robot_table(measured)}\n{robot_at}."),
+                       ("dispatch", f"{dispatch_table(data['dispatch'])} {dispatch_at}: [all results](docs/results/{date}.md).")):
         readme, count = re.subn(rf"(<!-- figures: {name} -->\n).*?(<!-- end -->)",
-                                lambda marks, text=text: f"{marks[1]}{text} {at}\n{marks[2]}", readme, flags=re.DOTALL)
+                                lambda marks, text=text: f"{marks[1]}{text}\n{marks[2]}", readme, flags=re.DOTALL)
         if count != 1:
             sys.exit(f"README.md: write '<!-- figures: {name} -->' and '<!-- end -->' where they belong, once")
     return readme
+
+
+def read_json(path):
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def read_robot(root):
+    return read_json(root / "docs/results/robot/robot.json")
+
+
+def read_reference(root):
+    return read_json(root / "docs/results/reference_system/reference_system.json")
 
 
 def newest(root):
@@ -329,7 +351,7 @@ def newest(root):
     if not dates:
         sys.exit("docs/results: no data: bench/results.py measure")
     folder = root / "docs/results" / dates[-1]
-    return dates[-1], {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in folder.glob("*.json")}
+    return dates[-1], {path.stem: read_json(path) for path in folder.glob("*.json")}
 
 
 def code_is_newer(root, commit):
@@ -353,7 +375,9 @@ def write(root):
     for path, commit, text in pages(root):
         path.write_text(text(bool(code_is_newer(root, commit))), encoding="utf-8")
     readme = root / "README.md"
-    readme.write_text(with_figures(readme.read_text(encoding="utf-8"), *newest(root)), encoding="utf-8")
+    readme.write_text(with_figures(readme.read_text(encoding="utf-8"), root), encoding="utf-8")
+    if robot.stale_pictures(root, read_robot(root), read_reference(root)):
+        robot.write_pictures(root, read_robot(root), read_reference(root))
 
 
 def check(root):
@@ -366,8 +390,9 @@ def check(root):
         elif present == text(False) and code_is_newer(root, commit):
             older.append(path)
     readme = (root / "README.md").read_text(encoding="utf-8")
-    if readme != with_figures(readme, *newest(root)):
+    if readme != with_figures(readme, root):
         wrong.append(root / "README.md")
+    wrong += robot.stale_pictures(root, read_robot(root), read_reference(root))
     for path in wrong:
         print(f"{path.relative_to(root)}:1: not what the data of docs/results gives: bench/results.py write")
     for path in older if not wrong else []:

@@ -21,7 +21,7 @@ import threads  # noqa: E402
 import wire  # noqa: E402
 
 MACHINE = {"cpus": 2, "cpu": "Some CPU", "kernel": "6.1", "preemption": "PREEMPT_RT", "load_average": 0.25}
-README = "# Takt\n<!-- figures: demo -->\n<!-- end -->\nand\n<!-- figures: dispatch -->\nold 99\n<!-- end -->\nlast\n"
+README = "# Takt\n<!-- figures: robot -->\n<!-- end -->\nand\n<!-- figures: dispatch -->\nold 99\n<!-- end -->\nlast\n"
 
 
 def value(*runs):
@@ -76,9 +76,18 @@ def data(commit):
     timer = {"name": "events", "cycles": 1000, "p50_us": 1.5, "p99_us": 30, "max": 99, "early": 0, "cpu_percent": 2}
     return {"about": {"commit": commit, "load_before": 0.1, "load_after": 1.5},
             "dispatch": {"context": {"load_avg": [0.5]}, "benchmarks": rows},
-            "demo": {"machine": MACHINE, "table": "executor  p50\nevents    1.25"},
             "timers": {"machine": MACHINE, "thread": {"0": timer}},
             **{name: experiment(name) for name in results.EXPERIMENTS}}
+
+
+def robot_data(commit):
+    rows = [{"name": "events", "threads": 3, "p50_us": 26.625, "p99_us": 2750, "cpu_percent": 18.04, "buckets": [[26, 99], [2750, 1]]},
+            {"name": "isolated", "threads": 10, "p50_us": 54, "p99_us": 4456, "cpu_percent": 18.5, "buckets": [[54, 99], [4456, 1]]}]
+    return {"date": "2026-01-05", "commit": commit, "machine": MACHINE, "rows": rows}
+
+
+REFERENCE = {"rclcpp": [{"label": "events", "planner_deviation_ms": 2.5}], "executors": [
+    {"label": "events", "program": "autoware_default_singlethreaded", "planner_period_ms": [99, 101, 100, 1.9]}]}
 
 
 def git(root, *words):
@@ -133,6 +142,11 @@ with tempfile.TemporaryDirectory() as folder:
     (root / "docs/results/threads").mkdir()
     (root / "docs/results/threads/threads.json").write_text(results.rows_on_lines(
         {"date": "2026-01-04", "commit": commit, "machine": MACHINE, "pieces": pieces()}), encoding="utf-8")
+    for name, document in (("robot", robot_data(commit)), ("reference_system", REFERENCE)):
+        (root / "docs/results" / name).mkdir()
+        (root / f"docs/results/{name}/{name}.json").write_text(results.rows_on_lines(document), encoding="utf-8")
+    # Not drawn here, as matplotlib need not be there.
+    results.robot.draw = lambda data, reference, shade: f"{results.robot.mark(data, reference)}\n<svg>{shade}</svg>"
     wide = results.table(["a", *"bcdefgh"], [range(8)], keys=2)
     check("no table has more than six columns", max(line.count("|") - 1 for line in wide.splitlines()) == 6, wide)
     check("nothing made yet: that is wrong", not outcome(root)[0])
@@ -160,11 +174,18 @@ with tempfile.TemporaryDirectory() as folder:
         check(f"the page of threads has: {text}", text in page_of_threads, page_of_threads)
     for text in ("| `events`, statistics `count` | 37 (36 – 41) |  |",
                  "| `events`, statistics `full` |  | 122 (120 – 130) |", "between threads needs | 27 (26 – 28) |  |",
-                 "events    1.25", "statistics `full`; one run", "](docs/results/2026-01-02.md)"):
+                 "| `events` | 26.6 | 2750 | 18.0 |", "within 2.8 ms under `events`, within 4.5 ms under `isolated`, for 18.0 to 18.5 %",
+                 "](docs/results/2026-01-02.md)"):
         check(f"the README has: {text}", text in readme, readme)
     check("what is between the marks goes, the rest stays",
           "old 99" not in readme and readme.startswith("# Takt\n") and readme.endswith("-->\nlast\n"), readme)
     check("what is made is right, and nothing is said", outcome(root) == (True, ""), outcome(root))
+    check("the picture's rows are rclcpp's and Takt's", results.robot.jitter_rows(REFERENCE) == [("rclcpp: events", 2.5), ("Takt: events", 1.9)])
+    picture = root / "docs/results/robot/robot_dark.svg"
+    picture.write_text(picture.read_text(encoding="utf-8").replace("data ", "data 0"), encoding="utf-8")
+    check("a picture of other data is found", "robot_dark.svg:1:" in outcome(root)[1], outcome(root))
+    results.write(root)
+    check("and made again", outcome(root) == (True, ""), outcome(root))
 
     (root / "README.md").write_text(readme.replace("122", "121"), encoding="utf-8")
     check("a figure of the README that the data does not have is found", "README.md:1:" in outcome(root)[1])
