@@ -234,7 +234,7 @@ void Container::start(std::function<void()> on_failure) {
       description_.realtime, [this](const FailedCallback& failed) { return handle(failed); },
       std::move(on_failure));
   for (const auto& running : *executors_) {
-    if (running->is_own) executors_->begin(*running);
+    if (running->is_own) executors_->spin(*running);
   }
   for (const auto& loaded : loaded_components()) first_callbacks_->begin(*loaded);
 }

@@ -132,7 +132,7 @@ void Container::FirstCallbacks::begin(const Loaded& loaded, const CallbackGroup&
 }
 
 void Container::FirstCallbacks::begin(RunningExecutor& running) {
-  if (!container_.executors_->begin(running) || running.unused.empty()) return;
+  if (!container_.executors_->spin(running) || running.unused.empty()) return;
   container_.note(fmt::format("executor '{}' is '{}' here, which cannot use of it: {}",
                               running.name, running.description.type, running.unused));
 }

@@ -27,10 +27,10 @@ void RunningExecutors::start(Realtime realtime, ExceptionHandler handler,
   on_failure_ = std::move(on_failure);
 }
 
-bool RunningExecutors::begin(RunningExecutor& running) {
+bool RunningExecutors::spin(RunningExecutor& running) {
   if (running.has_begun.load()) return false;
   const std::lock_guard lock(mutex_);
-  if (!may_begin_ || running.has_begun.exchange(true)) return false;
+  if (!may_begin_ || running.has_begun.load()) return false;
   running.thread = std::thread([this, &running] {
     try {
       // Start from default attributes, not from those of this thread.
@@ -42,6 +42,7 @@ bool RunningExecutors::begin(RunningExecutor& running) {
     running.has_ended.store(true);
     if (running.exception != nullptr && on_failure_) on_failure_();
   });
+  running.has_begun.store(true);  // not if there is no thread to be had: the next one may be
   while (!running.executor->is_spinning() && !running.has_ended.load()) {
     std::this_thread::sleep_for(std::chrono::microseconds(100));
   }

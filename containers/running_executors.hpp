@@ -44,8 +44,8 @@ class RunningExecutors {
   /// to `on_failure`, on that executor's thread.
   void start(Realtime realtime, ExceptionHandler handler, std::function<void()> on_failure);
   /// Between start() and cancel(): unless it has begun before, waits until it spins, and returns
-  /// true.
-  bool begin(RunningExecutor& running);
+  /// true. Throws std::system_error if there is no thread to be had; then it has not begun.
+  bool spin(RunningExecutor& running);
   /// Ends those that spin, without waiting; no other begins.
   void cancel() noexcept;
   /// Waits until they have ended; returns the first exception that ended one, or nullptr.
