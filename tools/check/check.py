@@ -199,39 +199,15 @@ def check_keep(file, _):
                           f"write [[nodiscard]]: {' '.join(found[0].split())}…")
 
 
-def check_temporary(file, _):
-    for line, what in file_rules.temporary_names(file.path, file.lines):
-        yield Finding(file.path, line, "temporary", what)
-
-
-def check_output(file, _):
-    for line, what in file_rules.raw_output(file.path, file.lines):
-        yield Finding(file.path, line, "output", what)
-
-
-def check_readers(file, _):
-    for line, what in file_rules.readers(file.path, file.lines):
-        yield Finding(file.path, line, "reader", what)
-
-
-def check_interpreters(file, _):
-    for line, what in file_rules.interpreters(file.path, file.text):
-        yield Finding(file.path, line, "interpreter", what)
-
-
-def check_writers(file, _):
-    for line, what in file_rules.writers(file.path, file.lines):
-        yield Finding(file.path, line, "writer", what)
-
-
-def check_unsound(file, _):
-    for line, what in file_rules.unsound(file.path, file.lines):
-        yield Finding(file.path, line, "unsound", what)
-
-
-def check_waiting(file, _):
-    for line, what in waiting.endless(file.path, file.text):
-        yield Finding(file.path, line, "waiting", what)
+def check_lines(file, _):
+    """Rules that look at one file alone."""
+    for kind, rule, content in (
+            ("temporary", file_rules.temporary_names, file.lines), ("output", file_rules.raw_output, file.lines),
+            ("reader", file_rules.readers, file.lines), ("writer", file_rules.writers, file.lines),
+            ("interpreter", file_rules.interpreters, file.text), ("unsound", file_rules.unsound, file.lines),
+            ("waiting", waiting.endless, file.text)):
+        for line, what in rule(file.path, content):
+            yield Finding(file.path, line, kind, what)
 
 
 def check_environment(file, root):
@@ -462,8 +438,7 @@ def main():
                 *check_elements(files), *check_subjects(root, options.since)]
     for file in files:
         for rule in (check_file_length, check_function_length, check_class_size, check_spdx, check_public,
-                     check_contract, check_keep, check_temporary, check_output, check_readers, check_writers,
-                     check_interpreters, check_unsound, check_waiting, check_environment, check_links, check_phrases,
+                     check_contract, check_keep, check_lines, check_environment, check_links, check_phrases,
                      check_one_list, check_time_sums):
             findings.extend(rule(file, root))
     found = collections.Counter()
