@@ -248,8 +248,8 @@ def timers_section(timers):
 
 
 def robot_table(document):
-    return (f"{robot.table(document)} (Six runs of 2 s each in turns, each executor of the file with its threads; CPU in % of one; "
-            f"{load_of(document)} at the end.)")
+    return (f"{robot.section(document, table, shown)} (Medians and ranges of six runs of 2 s each in turns, each executor of the file "
+            f"with its threads; CPU in % of one; {load_of(document)} at the end.)")
 
 
 # ---- Pages ----

@@ -81,8 +81,10 @@ def data(commit):
 
 
 def robot_data(commit):
-    rows = [{"name": "events", "threads": 3, "p50_us": 26.625, "p99_us": 2750, "cpu_percent": 18.04, "buckets": [[26, 99], [2750, 1]]},
-            {"name": "isolated", "threads": 10, "p50_us": 54, "p99_us": 4456, "cpu_percent": 18.5, "buckets": [[54, 99], [4456, 1]]}]
+    rows = [{"name": "events", "buckets": [[26, 99], [2750, 1]],
+             "metrics": {"p50_us": value(26.625, 27, 26), "p99_us": value(2750), "cpu_percent": value(18.04)}},
+            {"name": "isolated", "buckets": [[54, 99], [4456, 1]],
+             "metrics": {"p50_us": value(54), "p99_us": value(4456), "cpu_percent": value(18.5)}}]
     return {"date": "2026-01-05", "commit": commit, "machine": MACHINE, "rows": rows}
 
 
@@ -174,7 +176,7 @@ with tempfile.TemporaryDirectory() as folder:
         check(f"the page of threads has: {text}", text in page_of_threads, page_of_threads)
     for text in ("| `events`, statistics `count` | 37 (36 – 41) |  |",
                  "| `events`, statistics `full` |  | 122 (120 – 130) |", "between threads needs | 27 (26 – 28) |  |",
-                 "| `events` | 26.6 | 2750 | 18.0 |", "within 2.8 ms under `events`, within 4.5 ms under `isolated`, for 18.0 to 18.5 %",
+                 "| `events` | 26.6 (26 – 27) | 2750 (2750 – 2750) | 18 (18 – 18) |", "within 2.8 ms under `events`, within 4.5 ms under `isolated`, for 18.0 to 18.5 %",
                  "](docs/results/2026-01-02.md)"):
         check(f"the README has: {text}", text in readme, readme)
     check("what is between the marks goes, the rest stays",

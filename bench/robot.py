@@ -23,39 +23,34 @@ def measure(takt, root, out):
     rows = []
     for name in dict.fromkeys(run["executor"] for run in document["runs"]):
         runs = [run for run in document["runs"] if run["executor"] == name]
+        messages = [report.buckets_of([run], "callbacks", lambda row: row["kind"] != "timer") for run in runs]
+        values = {"p50_us": [report.quantile(buckets, .5) for buckets in messages],
+                  "p99_us": [report.quantile(buckets, .99) for buckets in messages],
+                  "cpu_percent": [sum(process["cpu_percent"] for process in run["processes"]) for run in runs]}
         buckets = report.buckets_of(runs, "callbacks", lambda row: row["kind"] != "timer")
-        rows.append({"name": name, "threads": len(threads_of(runs[0])),
-                     "p50_us": report.quantile(buckets, .5), "p99_us": report.quantile(buckets, .99),
-                     "cpu_percent": statistics.median(sum(process["cpu_percent"] for process in run["processes"])
-                                                      for run in runs),
-                     "buckets": [[round(us, 3), count] for us, count in buckets]})
+        rows.append({"name": name, "buckets": [[round(us, 3), count] for us, count in buckets],
+                     "metrics": {metric: {"median": statistics.median(of_runs), "min": min(of_runs), "max": max(of_runs)}
+                                 for metric, of_runs in values.items()}})
     return {"machine": document["machine"], "rows": rows}, document
-
-
-def threads_of(run):
-    own = {(executor["process"], executor["name"]) for executor in run["executors"]}
-    return [thread for thread in run["threads"] if (thread["process"], thread["executor"]) in own]
 
 
 # ---- The table ----
 
-def number(value):
-    return f"{value:.3g}" if value < 1000 else f"{value:.0f}"
-
-
 def what_follows(rows):
     """One sentence for a user."""
-    first, last = (pick(rows, key=lambda row: row["p99_us"]) for pick in (min, max))
-    cpu = [row["cpu_percent"] for row in rows]
-    return (f"So the word decides: of a hundred messages 99 arrive within {first['p99_us'] / 1e3:.1f} ms under `{first['name']}`, within "
-            f"{last['p99_us'] / 1e3:.1f} ms under `{last['name']}`, for {min(cpu):.1f} to {max(cpu):.1f} % of a CPU.")
+    def median(row, metric):
+        return row["metrics"][metric]["median"]
+
+    first, last = (pick(rows, key=lambda row: median(row, "p99_us")) for pick in (min, max))
+    cpu = [median(row, "cpu_percent") for row in rows]
+    return (f"So the word decides: of a hundred messages 99 arrive within {median(first, 'p99_us') / 1e3:.1f} ms under `{first['name']}`, "
+            f"within {median(last, 'p99_us') / 1e3:.1f} ms under `{last['name']}`, for {min(cpu):.1f} to {max(cpu):.1f} % of a CPU.")
 
 
-def table(document):
-    rows = document["rows"]
-    lines = ["| executor | median (µs) | p99 (µs) | CPU (%) |", "| --- | --- | --- | --- |"]
-    lines += [f"| `{row['name']}` | {number(row['p50_us'])} | {number(row['p99_us'])} | {row['cpu_percent']:.1f} |" for row in rows]
-    return "\n".join(lines) + "\n\n" + what_follows(rows)
+def section(document, table, shown):
+    rows = [[f"`{row['name']}`", *(shown(row["metrics"], metric) for metric in ("p50_us", "p99_us", "cpu_percent"))]
+            for row in document["rows"]]
+    return table(["executor", "median (µs)", "p99 (µs)", "CPU (%)"], rows) + "\n\n" + what_follows(document["rows"])
 
 
 # ---- The picture ----
