@@ -1,5 +1,7 @@
 // What runs on which executor, and which executors run.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,6 +17,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
+/// The component of container_test.cpp, with its callback groups `default` and `apart`.
 SystemDescription one_ticker() {
   SystemDescription system;
   system.file = "test.yaml";
@@ -22,11 +25,17 @@ SystemDescription one_ticker() {
   return system;
 }
 
+/// Until each callback has run.
 ProcessResult run(const SystemDescription& system, const ContainerOverrides& overrides = {}) {
   Container container(system, overrides);
   container.start();
   container.release();
-  std::this_thread::sleep_for(50ms);
+  EXPECT_TRUE(eventually([&] {
+    const auto callbacks = container.statistics().callbacks;
+    return callbacks.size() == 2 &&
+           std::all_of(callbacks.begin(), callbacks.end(),
+                       [](const auto& callback) { return callback.received != 0; });
+  }));
   container.hold();
   container.stop();
   return container.result();

@@ -24,11 +24,9 @@ namespace detail {
 /// Whether a function may be called, and by how many threads it is being called.
 ///
 /// 1. A call counts itself, unless the function is removed.
-/// 2. A removal says so, and waits until no call is counted. If it is made in a call of the
-/// function,
-///    or would wait for a thread that waits for this one (see WaitInCallback), it does not wait.
-/// 3. The one that finds the function removed and not called, the removal or the last call,
-/// destroys
+/// 2. A removal says so, and waits until no call is counted, unless it is made in a call of the
+///    function, or would wait for a thread that waits for this one (see WaitInCallback).
+/// 3. The removal or the last call, whichever finds the function removed and not called, destroys
 ///    it; then it is gone.
 ///
 /// Thread safety: every method from any thread. Real-time: only remove blocks.

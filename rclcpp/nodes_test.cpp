@@ -41,6 +41,19 @@ class Talker : public rclcpp_lifecycle::LifecycleNode {
   const bool calls_base_;
 };
 
+using Handle = rclcpp_action::ServerGoalHandle<Fibonacci>;
+
+/// It accepts every goal, and lets each be cancelled.
+template <class Accepted, class... Rest>
+rclcpp_action::Server<Fibonacci>::SharedPtr willing_server(const Node::SharedPtr& node,
+                                                           Accepted accepted, Rest... rest) {
+  return rclcpp_action::create_server<Fibonacci>(
+      node, "fibonacci",
+      [](const auto&, const auto&) { return rclcpp_action::GoalResponse::ACCEPT_AND_EXECUTE; },
+      [](const std::shared_ptr<Handle>) { return rclcpp_action::CancelResponse::ACCEPT; },
+      std::move(accepted), std::move(rest)...);
+}
+
 TEST_F(Nodes, LifecyclePublishersFollowTheBaseClass) {
   const auto talker = std::make_shared<Talker>(true);
   EXPECT_EQ(talker->configure().label(), "inactive");
@@ -61,7 +74,6 @@ TEST_F(Nodes, LifecyclePublishersFollowTheBaseClass) {
 
 TEST_F(Nodes, AGoalIsExecutedByAThreadOfItsOwn) {
   const auto node = std::make_shared<Node>("node");
-  using Handle = rclcpp_action::ServerGoalHandle<Fibonacci>;
   std::jthread worker;
   const auto server = rclcpp_action::create_server<Fibonacci>(
       node, "fibonacci",
@@ -106,14 +118,9 @@ TEST_F(Nodes, AGoalIsExecutedByAThreadOfItsOwn) {
 // The future of a result waited for ever when the client went and its handle was kept, and a second
 // callback for the result was refused.
 TEST_F(Nodes, WhoeverAsksForAResultLearnsOfItsEnd) {
-  using Handle = rclcpp_action::ServerGoalHandle<Fibonacci>;
   const auto node = std::make_shared<Node>("node");
   std::shared_ptr<Handle> held;
-  const auto server = rclcpp_action::create_server<Fibonacci>(
-      node, "fibonacci",
-      [](const auto&, const auto&) { return rclcpp_action::GoalResponse::ACCEPT_AND_EXECUTE; },
-      [](const std::shared_ptr<Handle>) { return rclcpp_action::CancelResponse::ACCEPT; },
-      [&](const std::shared_ptr<Handle> goal) { held = goal; });
+  const auto server = willing_server(node, [&](auto goal) { held = std::move(goal); });
   auto client = rclcpp_action::create_client<Fibonacci>(node, "fibonacci");
   auto options = rclcpp_action::Client<Fibonacci>::SendGoalOptions();
   int calls = 0;
@@ -139,14 +146,11 @@ TEST_F(Nodes, WhoeverAsksForAResultLearnsOfItsEnd) {
 
 // In a pool the callback of the result could run before that of the response had returned.
 TEST_F(Nodes, TheResultOfAGoalComesAfterItsResponse) {
-  using Handle = rclcpp_action::ServerGoalHandle<Fibonacci>;
   using Goal = rclcpp_action::ClientGoalHandle<Fibonacci>;
   const auto node = std::make_shared<Node>("node");
   const auto group = node->create_callback_group(CallbackGroupType::Reentrant);
-  const auto server = rclcpp_action::create_server<Fibonacci>(
-      node, "fibonacci",
-      [](const auto&, const auto&) { return rclcpp_action::GoalResponse::ACCEPT_AND_EXECUTE; },
-      [](const std::shared_ptr<Handle>) { return rclcpp_action::CancelResponse::ACCEPT; },
+  const auto server = willing_server(
+      node,
       [&](const std::shared_ptr<Handle> goal) {
         goal->succeed(std::make_shared<Fibonacci::Result>());
       },
@@ -177,14 +181,9 @@ TEST_F(Nodes, TheResultOfAGoalComesAfterItsResponse) {
 
 // The goal of another client was asked about at the wrong server, whose answer changed it.
 TEST_F(Nodes, AGoalIsOfTheClientThatHasSentIt) {
-  using Handle = rclcpp_action::ServerGoalHandle<Fibonacci>;
   const auto node = std::make_shared<Node>("node");
   std::shared_ptr<Handle> held;
-  const auto server = rclcpp_action::create_server<Fibonacci>(
-      node, "fibonacci",
-      [](const auto&, const auto&) { return rclcpp_action::GoalResponse::ACCEPT_AND_EXECUTE; },
-      [](const std::shared_ptr<Handle>) { return rclcpp_action::CancelResponse::ACCEPT; },
-      [&](const std::shared_ptr<Handle> goal) { held = goal; });
+  const auto server = willing_server(node, [&](auto goal) { held = std::move(goal); });
   auto client = rclcpp_action::create_client<Fibonacci>(node, "fibonacci");
   auto other = rclcpp_action::create_client<Fibonacci>(node, "fibonacci");
   executors::SingleThreadedExecutor executor;

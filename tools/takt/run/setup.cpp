@@ -2,6 +2,7 @@
 #include "run/setup.hpp"
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include <fmt/format.h>
@@ -25,35 +26,41 @@ std::string cpus_of(const json& in_force) {
 
 struct Aspect {
   const char* name;
+  bool is_of_type;  // if nobody chooses another: so the executor's word says it
   std::string (*of)(const Setup&);
 };
 constexpr Aspect kAspects[] = {
-    {"threads", [](const Setup& setup) { return setup.threads_text(); }},
-    {"priorities", [](const Setup& setup) { return setup.priorities; }},
-    {"CPUs", [](const Setup& setup) { return setup.cpus; }},
-    {"scheduler", [](const Setup& setup) { return setup.schedulers; }},
+    {"threads", false, [](const Setup& setup) { return setup.threads_text(); }},
+    {"priorities", false, [](const Setup& setup) { return setup.priorities; }},
+    {"CPUs", false, [](const Setup& setup) { return setup.cpus; }},
+    {"scheduler", true, [](const Setup& setup) { return setup.schedulers; }},
 };
 
 }  // namespace
 
 std::string Setup::threads_text() const {
-  return given > threads ? fmt::format("{}/{}", threads, given) : std::to_string(threads);
+  return unused != 0 ? fmt::format("{}/{}", threads, threads + unused) : std::to_string(threads);
 }
 
 Setup setup_of(const json& run) {
   Setup setup;
   std::set<std::string> priorities, cpus, schedulers;
-  std::set<std::pair<std::string, std::string>> of_components;  // process, executor
+  std::map<std::pair<std::string, std::string>, std::size_t> used;  // by process and executor
   for (const json& executor : run.value("executors", json::array())) {
-    of_components.emplace(executor.at("process"), executor.at("name"));
-    setup.given += executor.at("threads_given").get<std::size_t>();
+    used[{executor.at("process"), executor.at("name")}] = 0;
     schedulers.insert(executor.at("scheduler"));
   }
   for (const json& thread : run.at("threads")) {
-    if (!of_components.contains({thread.at("process"), thread.at("executor")})) continue;
+    const auto executor = used.find({thread.at("process"), thread.at("executor")});
+    if (executor == used.end()) continue;  // of the container itself, or of DDS
+    ++executor->second;
     ++setup.threads;
     priorities.insert(priority_of(thread.at("in_force")));
     cpus.insert(cpus_of(thread.at("in_force")));
+  }
+  for (const json& executor : run.value("executors", json::array())) {
+    const auto given = executor.at("threads_given").get<std::size_t>();
+    setup.unused += given - std::min(given, used[{executor.at("process"), executor.at("name")}]);
   }
   setup.priorities = fmt::format("{}", fmt::join(priorities, " and "));
   setup.cpus = fmt::format("{}", fmt::join(cpus, " and "));
@@ -66,7 +73,7 @@ std::string difference(const Setup& setup, const Setup& other) {
   std::vector<std::string> parts;
   for (const Aspect& aspect : kAspects) {
     const std::string here = aspect.of(setup), there = aspect.of(other);
-    if (here == there || aspect.name == std::string_view("scheduler")) continue;
+    if (here == there || aspect.is_of_type) continue;
     parts.push_back(fmt::format("{} {} against {}", aspect.name, here, there));
   }
   return fmt::format("{}", fmt::join(parts, ", "));

@@ -16,14 +16,14 @@ namespace takt::tools {
 /// Of all executors of components in a run: their threads, and what was in force.
 struct Setup {
   std::size_t threads = 0;
-  std::size_t given = 0;  // by the file, for executors whose types do not decide
+  std::size_t unused = 0;  // threads of the file that an executor's type cannot use
   std::string priorities, cpus, schedulers;
 
   /// "2", or "1/2" where a type cannot use all.
   std::string threads_text() const;
 };
 
-/// Of a run in results. Those of a Takt before 0.2 do not tell: all is empty.
+/// Of a run in results. Those of an earlier Takt do not tell: all is empty.
 Setup setup_of(const nlohmann::json& run);
 
 /// "threads 10 against 2, CPUs 0 against 0,1": what differs besides the executor's type, and its

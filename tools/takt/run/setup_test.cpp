@@ -40,6 +40,18 @@ TEST(SetupOfARun, HasTheThreadsOfComponentsAlone) {
   EXPECT_EQ(setup.schedulers, "fifo");
 }
 
+/// What one executor has more than the file gives does not hide what another leaves unused.
+TEST(SetupOfARun, CountsUnusedThreadsOfEachExecutor) {
+  json run =
+      run_of("fifo", 2, {thread("fast", 80, {0}), thread("slow", 0, {0}), thread("slow", 0, {0})});
+  run["executors"].push_back({{"process", "robot"},
+                              {"name", "slow"},
+                              {"type", "isolated"},
+                              {"scheduler", "ros"},
+                              {"threads_given", 1}});
+  EXPECT_EQ(setup_of(run).threads_text(), "3/4");
+}
+
 TEST(SetupOfARun, SaysWhatDiffers) {
   const tools::Setup one = setup_of(run_of("fifo", 1, {thread("fast", 80, {0})}));
   const tools::Setup other = setup_of(run_of("ros", 1, {thread("fast", 80, {0})}));
