@@ -15,7 +15,7 @@ import tempfile
 import time
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
-from checks import check, children_of, environment, finish  # noqa: E402
+from checks import check, children_of, environment, eventually, finish  # noqa: E402
 
 takt = sys.argv[1]
 
@@ -158,5 +158,36 @@ check("a lost node's dependents rest until it is back, and all go down in revers
                     "deactivate /base", "cleanup /base", "shutdown /base",
                     "deactivate /anchor", "cleanup /anchor", "shutdown /anchor"],
       status, steps, said)
+
+
+
+# ---- A run that has nothing to do ----
+def sleeps_of(pid):
+    """How often each of its threads has gone to sleep."""
+    sleeps = {}
+    for thread in os.listdir(f"/proc/{pid}/task"):
+        with open(f"/proc/{pid}/task/{thread}/status", encoding="utf-8") as status:
+            sleeps[thread] = re.search(r"^voluntary_ctxt_switches:\s*(\d+)", status.read(), re.M)[1]
+    return sleeps
+
+
+def rests(pid):
+    """None of its threads wakes up for half a second."""
+    before = sleeps_of(pid)
+    time.sleep(0.5)
+    return sleeps_of(pid) == before
+
+
+# It woke up eight times a second, to divide latencies over time.
+with tempfile.TemporaryDirectory() as folder:
+    system = os.path.join(folder, "idle.yaml")
+    with open(system, "w", encoding="utf-8") as file:
+        file.write("realtime: off\ncontainer: {components: [{component: takt::Workload, name: idle, "
+                   "parameters: {subscriptions: {topic: [nothing]}}}]}\n")
+    idle = subprocess.Popen([takt, "run", system, "--duration", "1h"], env=environment, stdout=subprocess.DEVNULL,
+                            stderr=subprocess.DEVNULL)
+    check("an idle run with a duration wakes up never", eventually(lambda: rests(idle.pid), limit=10), sleeps_of(idle.pid))
+    idle.send_signal(signal.SIGINT)
+    idle.wait(timeout=60)
 
 finish()
