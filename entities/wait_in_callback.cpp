@@ -33,20 +33,36 @@ bool WaitInCallback::Inside::has(const Awaited& awaited) const noexcept {
   return false;
 }
 
-// The known waits form no cycle, so this ends.
 bool WaitInCallback::closes_cycle(const Inside& own, const Awaited& until) noexcept {
-  if (own.has(until)) return true;
+  return own.has(until) || others_wait_for(own, until);
+}
+
+// The known waits form no cycle, but for a thread that is in what it waits for itself: so this
+// ends.
+bool WaitInCallback::others_wait_for(const Inside& own, const Awaited& until) noexcept {
   for (const WaitInCallback* wait = first_; wait != nullptr; wait = wait->next_) {
-    if (wait->inside_.has(until) && closes_cycle(own, wait->until_)) return true;
+    if (wait->inside_.has(until) && wait->until_ != until && closes_cycle(own, wait->until_)) {
+      return true;
+    }
   }
   return false;
 }
 
-WaitInCallback::WaitInCallback(const Awaited& until) noexcept
+WaitInCallback::WaitInCallback(const Awaited& until, Whose whose) noexcept
     : until_(until), inside_{Dispatch::current(), Running::innermost()} {
   const std::lock_guard lock(waits_mutex());
-  is_for_itself_ = closes_cycle(inside_, until_);
-  if (!is_for_itself_) next_ = std::exchange(first_, this);
+  is_for_itself_ = (whose == Whose::all && inside_.has(until_)) || others_wait_for(inside_, until_);
+  if (is_for_itself_) return;
+  next_ = std::exchange(first_, this);
+  notify_progress();  // for is_anyone_waiting_in
+}
+
+bool WaitInCallback::is_anyone_waiting_in(const void* running) noexcept {
+  const std::lock_guard lock(waits_mutex());
+  for (const WaitInCallback* wait = first_; wait != nullptr; wait = wait->next_) {
+    if (wait->inside_.has({running, nullptr})) return true;
+  }
+  return false;
 }
 
 WaitInCallback::~WaitInCallback() {

@@ -13,8 +13,8 @@
 namespace TAKT_PUBLIC takt {
 namespace detail {
 
-/// The calling thread runs code of the user that no executor dispatches, for as long as the object
-/// lives: a function of a callback list, a shutdown. `what` says which.
+/// The calling thread runs code of the user, for as long as the object lives, which others may wait
+/// for by this name: a function of a callback list, a shutdown, what a gate has let through.
 /// Thread safety: an object belongs to the thread that made it. Real-time: yes.
 class Running {
  public:
@@ -26,6 +26,14 @@ class Running {
 
   /// nullptr: the calling thread runs none.
   static const Running* innermost() noexcept { return innermost_; }
+  /// How often the calling thread is in it.
+  static std::uint32_t depth_of(const void* what) noexcept {
+    std::uint32_t depth = 0;
+    for (const Running* each = innermost_; each != nullptr; each = each->outer_) {
+      if (each->what_ == what) ++depth;
+    }
+    return depth;
+  }
 
  private:
   friend class WaitInCallback;
@@ -42,16 +50,25 @@ class Running {
 /// Thread safety: an object belongs to the thread that made it.
 class WaitInCallback {
  public:
-  /// For the end of a Running.
-  explicit WaitInCallback(const void* running) noexcept
-      : WaitInCallback(Awaited{running, nullptr}) {}
+  /// Whether the calling thread runs code of the user that others may wait for.
+  static bool may_be_awaited() noexcept {
+    return Dispatch::current() != nullptr || Running::innermost() != nullptr;
+  }
+
+  enum class Whose { all, of_others };
+  /// For the end of a Running; `of_others`: the calling thread may be in it itself.
+  explicit WaitInCallback(const void* running, Whose whose = Whose::all) noexcept
+      : WaitInCallback(Awaited{running, nullptr}, whose) {}
   /// For that of a callback: `describes` says whether this is what an executor's thread runs.
   using Describes = bool (*)(const void* record, const CallbackInfo* callback);
   WaitInCallback(const void* record, Describes describes) noexcept
-      : WaitInCallback(Awaited{record, describes}) {}
+      : WaitInCallback(Awaited{record, describes}, Whose::all) {}
   ~WaitInCallback();
   WaitInCallback(const WaitInCallback&) = delete;
   WaitInCallback& operator=(const WaitInCallback&) = delete;
+
+  /// A thread that waits is in this Running.
+  static bool is_anyone_waiting_in(const void* running) noexcept;
 
   /// It cannot end before something that the calling thread is in.
   bool is_for_itself() const noexcept { return is_for_itself_; }
@@ -80,6 +97,7 @@ class WaitInCallback {
   struct Awaited {
     const void* what;
     Describes describes;  // nullptr: it is a Running
+    bool operator==(const Awaited&) const = default;
   };
   /// What a thread is in.
   struct Inside {
@@ -87,8 +105,9 @@ class WaitInCallback {
     const Running* running;
     bool has(const Awaited& awaited) const noexcept;
   };
-  explicit WaitInCallback(const Awaited& until) noexcept;
+  WaitInCallback(const Awaited& until, Whose whose) noexcept;
   static bool closes_cycle(const Inside& own, const Awaited& until) noexcept;
+  static bool others_wait_for(const Inside& own, const Awaited& until) noexcept;
 
   const Awaited until_;
   const Inside inside_;  // innermost; it does not change while we wait

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "takt/base/same_owner.hpp"
+#include "takt/entities/wait_in_callback.hpp"
 #include "takt/executors/engine/spin_always.hpp"
 
 namespace takt {
@@ -194,14 +195,14 @@ bool IsolatedExecutor::is_used(const Child& child, const Node* node) {
   return child.adding != 0 || child.executor.is_used_by(node);
 }
 
-// A callback does not wait for the end of the child's thread, which may be in a callback that waits
-// for this one: it cancels the thread, and the thread that spins does the rest.
+// Code of the user does not wait for the end of the child's thread, which may be in a callback that
+// waits for it: it cancels the thread, and the thread that spins does the rest.
 void IsolatedExecutor::remove_unless_used(const std::shared_ptr<Child>& child) {
   const std::shared_ptr<Node> node = child->node.lock();  // destroyed after the lock
   std::unique_lock lock(mutex_);
   if (child->is_gone || is_used(*child, node.get())) return;
   const bool has_thread = child->thread.joinable();
-  if (Dispatch::current() == nullptr || (!has_thread && !child->is_joined)) {
+  if (!detail::WaitInCallback::may_be_awaited() || (!has_thread && !child->is_joined)) {
     return end(child, node.get(), lock);
   }
   child->may_go = true;

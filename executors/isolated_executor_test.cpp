@@ -1,10 +1,13 @@
 // Tests of what `isolated` has beyond the conformance suite: its threads come and go.
 // SPDX-License-Identifier: Apache-2.0
+#include <atomic>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
 #include <sys/eventfd.h>
 
+#include "takt/entities/callback_list.hpp"
 #include "takt/executors/conformance/conformance.hpp"
 #include "takt/executors/watchdog.hpp"
 
@@ -165,6 +168,69 @@ INSTANTIATE_TEST_SUITE_P(Per, IsolatedThreads, testing::Values(Isolation::node, 
                          [](const auto& per) {
                            return per.param == Isolation::node ? "node" : "group";
                          });
+
+// A function of a list, as a shutdown calls them, removed a node whose callback waited for that
+// function: it waited for the end of the node's thread.
+TEST_P(IsolatedThreads, AreNotWaitedForByCodeThatTheyWaitFor) {
+  std::atomic<bool> is_called{false}, is_over{false};
+  detail::CallbackList<void()> list;
+  detail::CallbackList<void()>::Entry entry;
+  entry = list.add([&] {
+    is_called.store(true);
+    EXPECT_TRUE(eventually([&] { return entry->is_removed(); }));
+    executor_->remove_node(node_);
+    is_over.store(true);
+  });
+  const auto guard = node_->create_guard_condition("guard", [&] {
+    EXPECT_TRUE(eventually([&] { return is_called.load(); }));
+    entry->remove();
+  });
+  executor_->add_node(node_);
+  const SpinThread spin(*executor_);
+  ASSERT_TRUE(eventually([&] { return executor_->is_spinning(); }));
+  guard->trigger();
+  std::thread caller([&] {
+    list.each(list.Order::first_added, [](const auto& function) {
+      function();
+      return true;
+    });
+  });
+  if (!eventually([&] { return is_over.load(); })) std::abort();
+  caller.join();
+  EXPECT_TRUE(eventually([] { return !has_thread(); }));
+}
+
+/// Its handler waits for another thread's call, which removes it.
+TEST(Watchdog, AHandlerAndACallThatWaitForEachOtherGoOn) {
+  struct Late final : Watchdog::Watched {
+    std::optional<TimePoint> report_miss(TimePoint) noexcept override {
+      if (calls.fetch_add(1) != 0) return kNever;
+      EXPECT_TRUE(eventually([&] { return is_called.load(); }));
+      entry->remove();
+      return {};
+    }
+    detail::CallbackList<void()> list;
+    detail::CallbackList<void()>::Entry entry;
+    std::atomic<bool> is_called{false}, is_removed{false};
+    std::atomic<int> calls{0};
+  } late;
+  Watchdog watchdog({.name = "watchdog"}, Realtime::off);
+  late.entry = late.list.add([&] {
+    late.is_called.store(true);
+    watchdog.remove(late);
+    late.is_removed.store(true);
+  });
+  std::thread caller([&] {
+    if (!eventually([&] { return late.calls.load() == 1; })) std::abort();
+    late.list.each(late.list.Order::first_added, [](const auto& function) {
+      function();
+      return true;
+    });
+  });
+  watchdog.add(late);
+  if (!eventually([&] { return late.is_removed.load(); })) std::abort();
+  caller.join();
+}
 
 // The handler was copied after the executor counted as spinning: one whose copy threw left it so.
 TEST(IsolatedExecutor, SpinsAgainAfterAHandlerThatCannotBeCopied) {

@@ -15,6 +15,7 @@
 #include "takt/executors/engine/dispatcher.hpp"
 #include "takt/executors/engine/serving_rule.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/nodes/callback_gate.hpp"
 
 namespace takt {
 namespace detail {
@@ -98,6 +99,7 @@ class Periodic final : public Triggered {
     // A callback may install an update, which replaces the vector for the next period.
     const std::shared_ptr<std::vector<Execution>> keeps = executions_;
     take_inputs(dispatcher, worker, *keeps);
+    const CallbackGate::Period period;
     for (Execution& execution : *keeps) {
       CallbackRecord& record = *execution.record;
       if (!record.state.is_removed()) {

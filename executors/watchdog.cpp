@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include "takt/base/manual_clock.hpp"
+#include "takt/entities/wait_in_callback.hpp"
 
 namespace takt {
 
@@ -32,15 +33,28 @@ void Watchdog::add(Watched& watched) {
 }
 
 void Watchdog::remove(Watched& watched) noexcept {
-  std::unique_lock lock(mutex_);
-  std::erase(watched_, &watched);
-  if (std::this_thread::get_id() == thread_id_) {
-    if (calling_ == &watched) calling_ = nullptr;
-  } else {
-    called_.wait(lock, [&] { return calling_ != &watched; });
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase(watched_, &watched);
   }
-  lock.unlock();
+  const detail::WaitInCallback wait(&watched);
+  wait.until([&] { return wait.is_for_itself() || calling_.load() != &watched; });
+  // The handler that runs is its last.
+  Watched* called = &watched;
+  calling_.compare_exchange_strong(called, nullptr);
   backend_->post();  // the current round may have skipped another
+}
+
+// The handler may destroy what is watched, or wait for a thread that does.
+TimePoint Watchdog::report_misses(Watched& watched) noexcept {
+  std::optional<TimePoint> first;
+  {
+    const detail::Running running(&watched);
+    while (calling_.load() == &watched && !first) first = watched.report_miss(clock_.now());
+  }
+  calling_.store(nullptr);
+  detail::WaitInCallback::notify_progress();
+  return first.value_or(kNever);
 }
 
 // A thread that expects a deadline stores it before it reads wakes_at_; this thread writes
@@ -53,16 +67,12 @@ void Watchdog::run() noexcept {
     TimePoint next = kNever;
     {
       std::unique_lock lock(mutex_);
-      thread_id_ = std::this_thread::get_id();
       for (std::size_t i = 0; i < watched_.size(); ++i) {
-        Watched* const watched = calling_ = watched_[i];
+        Watched* const watched = watched_[i];
+        calling_.store(watched);
         lock.unlock();
-        std::optional<TimePoint> first;
-        while (calling_ == watched && !first) first = watched->report_miss(clock_.now());
-        next = std::min(next, first.value_or(kNever));
+        next = std::min(next, report_misses(*watched));
         lock.lock();
-        calling_ = nullptr;
-        called_.notify_all();
       }
     }
     wakes_at_.store(next);  // what was expected meanwhile has posted

@@ -4,10 +4,8 @@
 #define TAKT_EXECUTORS_WATCHDOG_HPP_
 
 #include <atomic>
-#include <condition_variable>
 #include <memory>
 #include <optional>
-#include <thread>
 #include <vector>
 
 #include "takt/base/clock.hpp"
@@ -49,7 +47,8 @@ class Watchdog {
   // For executors.
 
   void add(Watched& watched);
-  /// When it returns, no handler of this executor runs, except one that has called it.
+  /// When it returns, no handler of this executor runs, except one that has called it or waits for
+  /// the thread that has (WaitInCallback).
   void remove(Watched& watched) noexcept;
   /// An execution must have ended by this time.
   void expect(TimePoint deadline) noexcept {
@@ -58,17 +57,16 @@ class Watchdog {
 
  private:
   void run() noexcept;
+  TimePoint report_misses(Watched& watched) noexcept;
 
   Clock& clock_;
   const std::unique_ptr<WaitBackend> backend_;
   detail::Sleepers sleeper_;  // the thread
   std::atomic<TimePoint> wakes_at_{kNever};
   std::atomic<bool> stopping_{false}, has_ended_{false};
+  std::atomic<Watched*> calling_{nullptr};
   PiMutex mutex_;  // guards what follows; handlers run without it
   std::vector<Watched*> watched_;
-  Watched* calling_ = nullptr;  // written by the thread alone, so it reads it without the mutex
-  std::thread::id thread_id_;
-  std::condition_variable_any called_;
   std::unique_ptr<RealtimeThread> thread_;
 };
 

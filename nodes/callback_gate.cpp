@@ -3,7 +3,6 @@
 
 namespace takt {
 
-thread_local constinit const CallbackGate::Passage* CallbackGate::Passage::innermost_ = nullptr;
 thread_local constinit int CallbackGate::held_ = 0;
 
 bool CallbackGate::reserve() noexcept {
@@ -21,50 +20,37 @@ void CallbackGate::give_back() noexcept {
   leave(kReserved);
 }
 
-void CallbackGate::leave(std::uint32_t counted) noexcept {
-  if ((state_.fetch_sub(counted) & kClosing) != 0) state_.notify_all();
-}
-
-CallbackGate::Passage::Passage(CallbackGate& gate) noexcept : gate_(&gate) {
+bool CallbackGate::enter() noexcept {
   --held_;
-  if ((gate.state_.fetch_add(kRunning - kReserved) & kClosed) != 0) {
-    gate.leave(kRunning);
-    gate_ = nullptr;
-  } else {
-    outer_ = innermost_;
-    innermost_ = this;
-  }
+  if ((state_.fetch_add(kRunning - kReserved) & kClosed) == 0) return true;
+  leave(kRunning);
+  return false;
 }
 
-CallbackGate::Passage::~Passage() {
-  if (gate_ == nullptr) return;
-  innermost_ = outer_;
-  gate_->leave(kRunning);
-}
-
-std::uint32_t CallbackGate::own_passages() const noexcept {
-  std::uint32_t count = 0;
-  for (const Passage* passage = Passage::innermost_; passage != nullptr;
-       passage = passage->outer_) {
-    if (passage->gate_ == this) ++count;
-  }
-  return count;
+void CallbackGate::leave(std::uint32_t counted) noexcept {
+  if ((state_.fetch_sub(counted) & kClosing) != 0) detail::WaitInCallback::notify_progress();
 }
 
 void CallbackGate::close() noexcept {
-  const std::uint32_t own = own_passages();
+  using Wait = detail::WaitInCallback;
+  const std::uint32_t own = detail::Running::depth_of(this);
   closings_.fetch_add(1, std::memory_order_relaxed);  // for publishers, which see it with kClosed
-  std::uint32_t state = state_.fetch_or(kClosing) | kClosing;
-  for (;;) {
-    // Outside logical execution time no user's code runs between reserving and passing, so a thread
-    // that comes here with a reservation has taken a period's inputs.
-    if (running(state) == own && (reserved(state) == 0 || held_ != 0)) {
-      if (state_.compare_exchange_weak(state, state | kClosed)) return;
-    } else {
-      state_.wait(state);
-      state = state_.load();
+  state_.fetch_or(kClosing);
+  const Wait wait(this, Wait::Whose::of_others);
+  // Outside logical execution time no user's code runs between reserving and passing, so a thread
+  // that comes here with a reservation has taken a period's inputs.
+  const auto waits_for = [&](std::uint32_t state) {
+    if (wait.is_for_itself()) return false;
+    return running(state) != own ||
+           (reserved(state) != 0 && held_ == 0 && !Wait::is_anyone_waiting_in(&kPeriod));
+  };
+  wait.until([&] {
+    std::uint32_t state = state_.load();
+    while (!waits_for(state)) {
+      if (state_.compare_exchange_weak(state, state | kClosed)) return true;
     }
-  }
+    return false;
+  });
 }
 
 }  // namespace takt

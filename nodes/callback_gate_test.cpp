@@ -4,11 +4,13 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
 #include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "takt/entities/callback_list.hpp"
 #include "takt/testing/eventually.hpp"
 
 namespace takt {
@@ -101,6 +103,117 @@ TEST(CallbackGate, ACallbackThatClosesIsNotWaitedForNorAreThoseAroundIt) {
   other.close();
   EXPECT_TRUE(gate.reserve());
   gate.give_back();
+}
+
+// Two nodes whose callbacks deactivated each other waited for ever.
+TEST(CallbackGate, CallbacksThatCloseEachOthersGatesDoNotWaitForEver) {
+  CallbackGate first, second;
+  first.open();
+  second.open();
+  std::atomic<int> in{0}, closed{0};
+  const auto close_other = [&](CallbackGate& own, CallbackGate& other) {
+    ASSERT_TRUE(own.reserve());
+    const CallbackGate::Passage passage(own);
+    in.fetch_add(1);
+    in.notify_all();
+    for (int now; (now = in.load()) < 2;) in.wait(now);
+    other.close();
+    EXPECT_TRUE(other.is_closed());
+    closed.fetch_add(1);
+  };
+  std::thread worker([&] { close_other(first, second); });
+  std::thread another([&] { close_other(second, first); });
+  if (!eventually([&] { return closed.load() == 2; })) std::abort();
+  worker.join();
+  another.join();
+}
+
+// One closes the gate of the other, which removes what the first one runs.
+TEST(CallbackGate, ClosingIsOneOfAllWaitsThatMayWaitForEachOther) {
+  CallbackGate gate;
+  gate.open();
+  std::atomic<bool> is_inside{false}, is_called{false}, has_closed{false};
+  detail::CallbackList<void()> list;
+  const auto entry = list.add([&] {
+    is_called.store(true);
+    is_inside.wait(false);
+    gate.close();
+    has_closed.store(true);
+  });
+  std::thread worker([&] {
+    ASSERT_TRUE(gate.reserve());
+    const CallbackGate::Passage passage(gate);
+    is_inside.store(true);
+    is_inside.notify_all();
+    EXPECT_TRUE(eventually([&] { return is_called.load() && !gate.is_open(); }));
+    entry->remove();
+  });
+  std::thread closer([&] {
+    list.each(list.Order::first_added, [](const auto& function) {
+      function();
+      return true;
+    });
+  });
+  if (!eventually([&] { return has_closed.load(); })) std::abort();
+  worker.join();
+  closer.join();
+}
+
+// Logical execution time: a thread has taken the inputs of a period, and a callback of it waits for
+// the thread that closes.
+TEST(CallbackGate, InputsOfAPeriodThatWaitsAreNotWaitedFor) {
+  CallbackGate gate;
+  gate.open();
+  std::atomic<bool> is_taken{false}, is_called{false}, has_closed{false};
+  detail::CallbackList<void()> list;
+  const auto entry = list.add([&] {
+    is_called.store(true);
+    gate.close();
+    has_closed.store(true);
+  });
+  std::thread worker([&] {
+    ASSERT_TRUE(gate.reserve());
+    const CallbackGate::Period period;
+    is_taken.store(true);
+    EXPECT_TRUE(eventually([&] { return is_called.load() && !gate.is_open(); }));
+    entry->remove();
+    const CallbackGate::Passage passage(gate);
+    EXPECT_FALSE(passage);
+  });
+  ASSERT_TRUE(eventually([&] { return is_taken.load(); }));
+  std::thread closer([&] {
+    list.each(list.Order::first_added, [](const auto& function) {
+      function();
+      return true;
+    });
+  });
+  if (!eventually([&] { return has_closed.load(); })) std::abort();
+  worker.join();
+  closer.join();
+}
+
+// A callback that closes its own gate waits for the others.
+TEST(CallbackGate, ACallbackThatClosesItsGateWaitsForThoseOfOtherThreads) {
+  CallbackGate gate;
+  gate.open();
+  std::atomic<bool> is_inside{false}, has_ended{false};
+  std::thread worker([&] {
+    ASSERT_TRUE(gate.reserve());
+    const CallbackGate::Passage passage(gate);
+    is_inside.store(true);
+    is_inside.notify_all();
+    EXPECT_TRUE(eventually([&] { return !gate.is_open(); }));
+    EXPECT_FALSE(gate.is_closed());
+    has_ended.store(true);
+  });
+  is_inside.wait(false);
+  ASSERT_TRUE(gate.reserve());
+  {
+    const CallbackGate::Passage passage(gate);
+    gate.close();
+    EXPECT_TRUE(has_ended.load());
+  }
+  worker.join();
 }
 
 // Logical execution time: the inputs of all callbacks are taken before the first runs.

@@ -82,6 +82,7 @@ TransitionResult LifecycleNode::request(Request which, const std::string& name) 
 void LifecycleNode::bring_down() {
   bool has_failed = false, is_over = false;
   while (!is_over) {
+    // Waits for a transition. The thread that unloads waits for this one with a limit.
     is_changing_.wait(true);
     const LifecycleState state = get_current_state();
     if (state == LifecycleState::finalized) return;

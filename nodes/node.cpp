@@ -405,21 +405,25 @@ std::vector<std::shared_ptr<CallbackGroup>> Node::groups() const {
 
 void Node::add_listener(NodeListener& listener) {
   const std::lock_guard lock(state_->mutex);
-  if (std::find(state_->listeners.begin(), state_->listeners.end(), &listener) ==
-      state_->listeners.end()) {
-    state_->listeners.push_back(&listener);
-  }
+  auto& listeners = state_->listeners;
+  std::erase_if(listeners, [](const auto& known) { return known.second->is_gone(); });
+  const bool is_known = std::any_of(listeners.begin(), listeners.end(), [&](const auto& known) {
+    return known.first == &listener && !known.second->is_removed();
+  });
+  if (is_known) return;
+  const auto get = [&listener]() -> NodeListener& { return listener; };
+  listeners.emplace_back(&listener, state_->listener_calls.add(get));
 }
 
+// It stays known until no call runs, so that every thread that removes it waits for that.
 void Node::remove_listener(NodeListener& listener) noexcept {
   std::unique_lock lock(state_->mutex);
-  std::erase(state_->listeners, &listener);
-  state_->listener_called.wait(lock, [&] {
-    return std::none_of(
-        state_->listener_calls.begin(), state_->listener_calls.end(), [&](const auto& running) {
-          return running.first == &listener && running.second != std::this_thread::get_id();
-        });
-  });
+  auto known = state_->listeners;
+  lock.unlock();
+  std::erase_if(known, [&](const auto& each) { return each.first != &listener; });
+  for (const auto& [address, entry] : known) entry->remove();
+  lock.lock();
+  std::erase_if(state_->listeners, [](const auto& each) { return each.second->is_gone(); });
 }
 
 bool Node::claim(const NodeListener* owner) noexcept {

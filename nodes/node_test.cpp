@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/nodes/node.hpp"
 
+#include <atomic>
+#include <cstdlib>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -14,6 +17,7 @@
 #include "takt/base/error.hpp"
 #include "takt/base/manual_clock.hpp"
 #include "takt/messages/std_msgs/msg/string.hpp"
+#include "takt/testing/eventually.hpp"
 
 namespace takt::node_test {
 namespace {
@@ -397,6 +401,46 @@ TEST(NodeListeners, OwnANodeOneAtATime) {
   EXPECT_TRUE(node->belongs_to(&first));
   node->release(&first);
   EXPECT_TRUE(node->claim(&second));
+}
+
+/// Removes another one in its call, when both are called.
+class RemovingListener final : public NodeListener {
+ public:
+  RemovingListener(Node& of, std::atomic<int>& in) : of_(of), in_(in) {}
+  void entity_added(Node&, const std::shared_ptr<Entity>&) override {
+    in_.fetch_add(1);
+    in_.notify_all();
+    for (int now; (now = in_.load()) < 2;) in_.wait(now);
+    of_.remove_listener(*other);
+  }
+  void group_added(Node&, const std::shared_ptr<CallbackGroup>&) override {}
+  void parameters_changed(Node&) override {}
+
+  NodeListener* other = nullptr;
+
+ private:
+  Node& of_;
+  std::atomic<int>& in_;
+};
+
+// Each waited for the end of the other's call.
+TEST(NodeListeners, ThatRemoveEachOtherDoNotWaitForEver) {
+  const auto one = make_node("one"), two = make_node("two");
+  std::atomic<int> in{0}, added{0};
+  RemovingListener of_one(*two, in), of_two(*one, in);
+  of_one.other = &of_two;
+  of_two.other = &of_one;
+  one->add_listener(of_one);
+  two->add_listener(of_two);
+  const auto add_to = [&](Node& node) {
+    const auto guard = node.create_guard_condition("guard");
+    added.fetch_add(1);
+  };
+  std::thread first([&] { add_to(*one); });
+  std::thread second([&] { add_to(*two); });
+  if (!eventually([&] { return added.load() == 2; })) std::abort();
+  first.join();
+  second.join();
 }
 
 /// An executor that takes entities, or one that refuses them.

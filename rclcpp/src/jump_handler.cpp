@@ -44,7 +44,7 @@ class JumpHandler::Watch final : takt::SimulatedClock::Listener {
         std::swap(jump, untold_);
       }
       if (!jump) {
-        changes_.wait(seen);
+        changes_.wait(seen);  // Waits for work, as a thread of our own
         continue;
       }
       if (!call_.call([&](const auto& function) { function(*jump); })) return;

@@ -316,6 +316,7 @@ void Program::stop() {
   std::shared_ptr<takt::Container> ended;
   {
     std::unique_lock lock(mutex_);
+    // Waits for a thread that spins for long, which is in no callback of the container.
     ended_.wait(lock, [this] { return !is_ending_; });
     if (container_ == nullptr) return;
     ended.swap(container_);

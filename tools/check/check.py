@@ -51,6 +51,7 @@ RULES = {
     "interpreter": "Python is started with -I",
     "writer": "files are written by one writer, and what options name is checked",
     "unsound": "no last pointer for a comparison, no static object on the heap",
+    "wait": "who waits for others' code is known, or says why not",
     "environment": "variables of the environment are tried with all values",
     "link": "links in documents lead somewhere",
     "phrase": "retired phrases",
@@ -205,7 +206,7 @@ def check_lines(file, _):
             ("temporary", file_rules.temporary_names, file.lines), ("output", file_rules.raw_output, file.lines),
             ("reader", file_rules.readers, file.lines), ("writer", file_rules.writers, file.lines),
             ("interpreter", file_rules.interpreters, file.text), ("unsound", file_rules.unsound, file.lines),
-            ("waiting", waiting.endless, file.text)):
+            ("wait", file_rules.unknown_waits, file.lines), ("waiting", waiting.endless, file.text)):
         for line, what in rule(file.path, content):
             yield Finding(file.path, line, kind, what)
 

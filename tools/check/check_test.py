@@ -263,6 +263,14 @@ def test_unsound():
             "base/a.cpp:5: use NeverDestroyed, which allocates nothing")
 
 
+def test_unknown_waits():
+    waits = (SPDX + "void f() {\n  changed_.wait(seen);\n  set.wait(timeout);\n"
+             "  // Waits for our own thread, which runs nothing of others.\n  ended_.wait(false);\n}\n")
+    refused("a wait that is not known", {"nodes/a.cpp": waits},
+            "nodes/a.cpp:3: use WaitInCallback, which ends waits for each other, or say above why none can be: // Waits for ...")
+    accepted("what no thread of a user is in", {"sched/a.cpp": waits})
+
+
 def test_waiting():
     loops = (SPDX + "void f() {\n  while (!a) std::this_thread::yield();\n  while (b() != 1) {\n  }\n"
              "  while (c < (d + 1)) {\n    usleep(1);\n  }\n"
@@ -398,6 +406,7 @@ test_once()
 test_keep()
 test_time_sums()
 test_unsound()
+test_unknown_waits()
 test_waiting()
 test_phrases()
 test_generated()

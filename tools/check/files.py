@@ -92,6 +92,20 @@ def unsound(path, lines):
                 yield number, why
 
 
+# Threads that run users' code wait for each other here.
+WAITING_MODULES = ("entities/", "nodes/", "ros2/", "rclcpp/src/", "rclcpp/include/")
+WAITS = re.compile(r"[.>]wait\((?!time|0, |std::chrono)")
+
+
+def unknown_waits(path, lines):
+    """(line number, what is wrong)"""
+    if not is_product(path) or not path.startswith(WAITING_MODULES) or path == "entities/wait_in_callback.hpp":
+        return
+    for number, line in enumerate(lines, 1):
+        if WAITS.search(line) and "// Waits for" not in "\n".join(lines[max(0, number - 3):number]):
+            yield number, "use WaitInCallback, which ends waits for each other, or say above why none can be: // Waits for ..."
+
+
 def interpreters(path, text):
     """(line number, what is wrong)"""
     parts = pathlib.PurePath(path).parts

@@ -49,7 +49,7 @@ struct FutureAndRequestId {
   operator Future&() { return future; }  // NOLINT: as in rclcpp
   auto get() { return future.get(); }
   bool valid() const noexcept { return future.valid(); }
-  void wait() const { future.wait(); }
+  void wait() const { future.wait(); }  // Waits for an answer: the user's own wait
   template <class Rep, class Period>
   std::future_status wait_for(const std::chrono::duration<Rep, Period>& timeout) const {
     return future.wait_for(timeout);

@@ -107,7 +107,9 @@ class Service : public ServiceBase, public std::enable_shared_from_this<Service<
                      const Request& asked, takt::RequestId id) mutable {
       const auto self = weak.lock();
       if (self == nullptr) return;  // it is being dropped
+      // Waits for the end of start, which runs nothing of the user's.
       self->is_made_.wait(false);
+      if (self->takt_ == nullptr) return;  // an executor has refused it
       auto request = std::make_shared<Request>(asked);
       if constexpr (kDeferred) {
         callback(std::make_shared<rmw_request_id_t>(detail::to_rmw(id)), std::move(request));
@@ -127,10 +129,15 @@ class Service : public ServiceBase, public std::enable_shared_from_this<Service<
         self->typed()->send_response(id, *response);
       }
     };
+    const struct Made {  // also if an executor refuses it, which waits for the callback
+      std::atomic<bool>& is_made;
+      ~Made() {
+        is_made.store(true);
+        is_made.notify_all();
+      }
+    } made{is_made_};
     takt_ = node.create_service<S>(path, std::move(serve), std::move(group),
                                    {.depth = qos.to_takt(true).depth, .loans = 0});
-    is_made_.store(true);
-    is_made_.notify_all();
   }
 
   // A request may come before the one that makes the service has it.
