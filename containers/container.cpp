@@ -6,7 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/base/printable.hpp"
 #include "takt/containers/container_parts.hpp"
 #include "takt/containers/diagnostics.hpp"
 #include "takt/containers/unloading_threads.hpp"
@@ -27,6 +29,18 @@ constexpr auto kDrainLimit = std::chrono::seconds(5);
 constexpr auto kShutDownLimit = std::chrono::seconds(10);
 
 }  // namespace
+
+std::vector<std::string> placements() {
+  return {"file", "merged"};
+}
+
+Placement parse_placement(const std::string& word, const std::string& where) {
+  const std::vector<std::string> valid = placements();
+  const auto found = std::find(valid.begin(), valid.end(), word);
+  if (found != valid.end()) return static_cast<Placement>(found - valid.begin());
+  throw Error(fmt::format("there is no placement '{}'", printable(word)), suggest(word, valid),
+              where);
+}
 
 Container::Container(const SystemDescription& description, const ContainerOverrides& overrides)
     : description_(description),

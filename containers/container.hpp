@@ -43,6 +43,10 @@ enum class Placement {
   file,    // each on its executor of the file, which keeps its name, threads and scheduler
   merged,  // all on one executor, with the threads of all executors of the file
 };
+/// The words of Placement.
+std::vector<std::string> placements();
+/// Throws Error, which lists the words, if it is none; `where`: what has the word.
+Placement parse_placement(const std::string& word, const std::string& where = {});
 
 /// Settings of the command line that override the file.
 struct ContainerOverrides {

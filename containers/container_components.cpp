@@ -19,6 +19,22 @@ namespace {
 // the last error says so.
 constexpr std::size_t kMostErrors = 100;
 
+// A launch file gives its rules to each of its components.
+void note_unused_remaps(const Node& node, const std::vector<std::string>& unused) {
+  // Limit: remap rules without a topic that a component's note names. At it: the others are
+  // counted. Seen: the note.
+  constexpr std::size_t kMostNamed = 3;
+  if (unused.empty()) return;
+  const auto named = static_cast<std::ptrdiff_t>(std::min(unused.size(), kMostNamed));
+  std::string names =
+      fmt::format("'{}'", fmt::join(unused.begin(), unused.begin() + named, "', '"));
+  if (unused.size() > kMostNamed) {
+    names += fmt::format(" and {} more", unused.size() - kMostNamed);
+  }
+  log(LogLevel::info, "note: {} has no topic {}: {} so far", node.fully_qualified_name(), names,
+      unused.size() == 1 ? "its remap rule does nothing" : "their remap rules do nothing");
+}
+
 // Checks names against the constructed node: only its constructor creates timers, parameters and
 // topics.
 void check_names(const ComponentDescription& component, const Node& node,
@@ -42,13 +58,13 @@ void check_names(const ComponentDescription& component, const Node& node,
     const auto& where = line(component.parameter_lines, name);
     if (!add(where, "parameter", name, suggest(name, declared))) return;
   }
-  for (const std::string& name : node.unused_remaps()) {
-    if (component.guest) {  // as a container of ROS 2 does, for which launch files are written
-      log(LogLevel::info, "note: {} has no topic '{}': its remap rule does nothing so far",
-          node.fully_qualified_name(), name);
-      continue;
+  const std::vector<std::string> unused = node.unused_remaps();
+  if (component.guest) {  // as a container of ROS 2 does, for which launch files are written
+    note_unused_remaps(node, unused);
+  } else {
+    for (const std::string& name : unused) {
+      if (!add(line(component.remap_lines, name), "topic to remap", name, "")) return;
     }
-    if (!add(line(component.remap_lines, name), "topic to remap", name, "")) return;
   }
   for (const std::string& name : node.timers_of_one_name()) {
     errors.push_back(Error(fmt::format("{} makes two timers called '{}'", noun_of(component), name),

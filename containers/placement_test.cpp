@@ -114,6 +114,15 @@ TEST(Placement, SaysWhatAnotherTypeCannotUse) {
                                         "use of it: 1 thread"));
 }
 
+TEST(Placement, HasItsWordsInOnePlace) {
+  for (const std::string& word : placements()) EXPECT_NO_THROW(parse_placement(word)) << word;
+  EXPECT_EQ(parse_placement("file"), Placement::file);
+  EXPECT_EQ(parse_placement("merged"), Placement::merged);
+  EXPECT_THAT([] { parse_placement("merge", "TAKT_PLACEMENT"); },
+              testing::ThrowsMessage<Error>("TAKT_PLACEMENT: there is no placement 'merge'; did "
+                                            "you mean 'merged'? valid: file, merged"));
+}
+
 /// Has no callback at first.
 class LateNode : public Node {
  public:

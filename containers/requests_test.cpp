@@ -6,15 +6,21 @@
 #include <optional>
 #include <thread>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/base/logger.hpp"
 #include "takt/containers/container.hpp"
+#include "takt/containers/set_callback_parameters.hpp"
 #include "takt/messages/composition_interfaces/srv/list_nodes.hpp"
+#include "takt/messages/entries.hpp"
 #include "takt/messages/lifecycle_msgs/srv/change_state.hpp"
 #include "takt/messages/lifecycle_msgs/srv/get_state.hpp"
+#include "takt/messages/rcl_interfaces/srv/get_parameter_types.hpp"
 #include "takt/messages/rcl_interfaces/srv/get_parameters.hpp"
 #include "takt/messages/rcl_interfaces/srv/set_parameters.hpp"
+#include "takt/messages/rcl_interfaces/srv/set_parameters_atomically.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 #include "takt/ros2/parameter_services.hpp"
 #include "takt/testing/eventually.hpp"
@@ -29,8 +35,12 @@ using composition_interfaces::srv::LoadNode;
 using lifecycle_msgs::srv::ChangeState;
 using lifecycle_msgs::srv::GetState;
 using rcl_interfaces::srv::GetParameters;
+using rcl_interfaces::srv::GetParameterTypes;
 using rcl_interfaces::srv::SetParameters;
+using rcl_interfaces::srv::SetParametersAtomically;
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr Nanoseconds kLimit = 20s;
 
@@ -239,6 +249,80 @@ TEST_F(Requests, ThatThrowAreAnsweredAndCountAsExceptionsOfTheNode) {
     }
     container_.reset();
   }
+}
+
+// A request of 200,000 rules held up all others for 20 s.
+TEST_F(Requests, OfMoreEntriesThanTheLimitAreRefused) {
+  start(/*has_dds=*/true);
+  door.open();
+  const auto load = [&](std::size_t rules) {
+    LoadNode::Request request;
+    request.plugin_name = "takt::requests_test::Slow";
+    request.node_name = fmt::format("n{}", rules);
+    for (std::size_t i = 0; i < rules; ++i) {
+      request.remap_rules.push_back(fmt::format("a{}:=b", i));
+    }
+    return answer(ask<LoadNode>("/box/_container/load_node", request));
+  };
+  std::vector<std::string> notes;
+  Logger::instance().set_writer([&](LogLevel, std::string_view text) {
+    if (text.find("remap") != std::string_view::npos) notes.emplace_back(text);
+  });
+  EXPECT_TRUE(load(kMostEntries).success);
+  Logger::instance().set_writer({});
+  // It was a line of each.
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("/n10000 has no topic 'a0', 'a1', 'a10' and 9997 more: "
+                                           "their remap rules do nothing so far")));
+  EXPECT_THAT(load(kMostEntries + 1).error_message, HasSubstr("a list of 10001 entries"));
+
+  const auto change = [&](std::size_t callbacks) {
+    SetCallbackParameters::Request request;
+    request.changes = "first: {callbacks: {";
+    for (std::size_t i = 0; i < callbacks; ++i) {
+      request.changes += fmt::format("c{}: {{priority: 1}}, ", i);
+    }
+    request.changes += "}}";
+    return answer(ask<SetCallbackParameters>("/box/set_callback_parameters", request)).reason;
+  };
+  EXPECT_THAT(change(kMostEntries / 2 - 10), HasSubstr("'c0'"));  // there is none
+  EXPECT_THAT(change(kMostEntries / 2 + 10), HasSubstr("a text with"));
+}
+
+TEST_F(Requests, OfMoreParametersThanTheLimitAreRefused) {
+  start(/*has_dds=*/true);
+  door.open();
+  const auto names = [](std::size_t count) {
+    std::vector<std::string> result;
+    for (std::size_t i = 0; i < count; ++i) result.push_back(fmt::format("p{}", i));
+    return result;
+  };
+  const auto set = [&]<class S>(S, const char* service, std::size_t count) {
+    typename S::Request request;
+    for (std::string& name : names(count)) {
+      request.parameters.push_back(rcl_interfaces::msg::Parameter()
+                                       .set__name(std::move(name))
+                                       .set__value(to_message(ParameterValue(std::int64_t{1}))));
+    }
+    return answer(ask<S>(service, request));
+  };
+  EXPECT_EQ(set(SetParameters(), "/first/set_parameters", kMostEntries).results.size(),
+            kMostEntries);
+  const auto refused = set(SetParameters(), "/first/set_parameters", kMostEntries + 1).results;
+  ASSERT_EQ(refused.size(), 1u);
+  EXPECT_THAT(refused[0].reason, HasSubstr("10001"));
+  const auto atomically = [&](std::size_t count) {
+    return set(SetParametersAtomically(), "/first/set_parameters_atomically", count).result.reason;
+  };
+  EXPECT_THAT(atomically(kMostEntries), Not(HasSubstr("entries")));
+  EXPECT_THAT(atomically(kMostEntries + 1), HasSubstr("10001"));
+
+  const auto types = [&](std::size_t count) {
+    GetParameterTypes::Request request;
+    request.names.assign(count, "slow");
+    return answer(ask<GetParameterTypes>("/first/get_parameter_types", request)).types.size();
+  };
+  EXPECT_EQ(types(kMostEntries), kMostEntries);
+  EXPECT_EQ(types(kMostEntries + 1), 0u);
 }
 
 }  // namespace

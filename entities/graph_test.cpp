@@ -5,7 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/messages/entries.hpp"
 #include "takt/messages/example_interfaces/action/fibonacci.hpp"
+#include "takt/messages/rmw_dds_common/msg/participant_entities_info.hpp"
 #include "takt/messages/std_msgs/msg/bool.hpp"
 #include "takt/messages/std_msgs/msg/string.hpp"
 #include "takt/messages/type_description.hpp"

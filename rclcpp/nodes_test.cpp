@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include "takt/messages/entries.hpp"
 #include "takt/messages/example_interfaces/action/fibonacci.hpp"
 #include "takt/messages/lifecycle_msgs/msg/transition.hpp"
 #include "takt/messages/rcl_interfaces/srv/get_logger_levels.hpp"
@@ -266,6 +267,38 @@ TEST_F(Nodes, LevelsOfLoggersAreReadAndSetByServices) {
   EXPECT_EQ(answer->levels[0].level, 10u);
   EXPECT_EQ(answer->levels[1].level, 0u);
   node->get_logger().set_level(Logger::Level::Unset);
+  // Strangers send any number.
+  for (const std::size_t count : {takt::kMostEntries, takt::kMostEntries + 1}) {
+    wanted->levels.resize(count);
+    auto many = set->async_send_request(wanted);
+    ASSERT_EQ(spin_until_future_complete(node, many, kLong), FutureReturnCode::SUCCESS);
+    EXPECT_EQ(many.get()->results.size(), count == takt::kMostEntries ? count : 1);
+    asked->names.resize(count);
+    auto read = get->async_send_request(asked);
+    ASSERT_EQ(spin_until_future_complete(node, read, kLong), FutureReturnCode::SUCCESS);
+    EXPECT_EQ(read.get()->levels.size(), count == takt::kMostEntries ? count : 0);
+  }
+}
+
+TEST_F(Nodes, ParameterEventsOfMoreEntriesThanTheLimitAreNotLookedThrough) {
+  const auto node = std::make_shared<Node>("events");
+  ParameterEventHandler events(node);
+  std::vector<std::size_t> heard;
+  const auto handle = events.add_parameter_event_callback(
+      [&](const auto& event) { heard.push_back(event.new_parameters.size()); });
+  const auto stranger = node->create_publisher<rcl_interfaces::msg::ParameterEvent>(
+      "/parameter_events", ParameterEventsQoS());
+  for (const std::size_t count : {takt::kMostEntries + 1, takt::kMostEntries}) {
+    rcl_interfaces::msg::ParameterEvent event;
+    event.new_parameters.resize(count);
+    stranger->publish(event);
+  }
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  EXPECT_TRUE(spin_until(executor, [&] {
+    return std::find(heard.begin(), heard.end(), takt::kMostEntries) != heard.end();
+  }));
+  EXPECT_EQ(std::count(heard.begin(), heard.end(), takt::kMostEntries + 1), 0);
 }
 
 // What a typical node of 90 lines does, in the habits of rclcpp.

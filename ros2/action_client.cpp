@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/logger.hpp"
 #include "takt/base/same_owner.hpp"
+#include "takt/messages/entries.hpp"
 
 namespace takt {
 
@@ -31,6 +33,14 @@ std::string lost_result(const std::string& service, const GoalId& goal, bool has
   }
   return fmt::format("no answer from '{}' about goal {}: its server has gone, or this client",
                      service, to_string(goal));
+}
+
+bool may_be_read(const action_msgs::msg::GoalStatusArray& states) {
+  const std::string why = why_too_long(states);
+  if (why.empty()) return true;
+  static constinit LogThrottle throttle(1);
+  if (throttle.may_log()) log(LogLevel::warn, "the states of an action's goals: {}", why);
+  return false;
 }
 
 const GoalId& id_of(const std::shared_ptr<ClientGoalHandle>& goal, const std::string& action,

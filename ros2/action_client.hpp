@@ -74,6 +74,8 @@ struct GoalResult {
   typename A::Result result{};
   std::string error{};
 };
+/// Whether its list is short enough; says so if not.
+bool may_be_read(const action_msgs::msg::GoalStatusArray& states);
 /// Why a result of this service is not known. `has_answer`: it has said so itself.
 std::string lost_result(const std::string& service, const GoalId& goal, bool has_answer);
 /// Throws Error for nullptr, which stands for a goal that was not accepted, and for a goal of
@@ -134,7 +136,7 @@ class ActionClient {
         status_(node.create_subscription<action_msgs::msg::GoalStatusArray>(
             name + kStatus, status_qos(),
             [goals = goals_](const action_msgs::msg::GoalStatusArray& message) {
-              goals->set_states(message.status_list);
+              if (may_be_read(message)) goals->set_states(message.status_list);
             },
             options.group)),
         send_(node.create_client<SendGoal<A>>(

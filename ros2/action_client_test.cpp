@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "takt/base/manual_clock.hpp"
+#include "takt/messages/entries.hpp"
 #include "takt/ros2/action_server.hpp"
 #include "takt/testing/serve.hpp"
 
@@ -325,6 +326,27 @@ TEST_F(ActionClientTest, ACoroutineLearnsThatItsServerHasGone) {
   timer->cancel();
   run();
   EXPECT_THAT(trace_, ElementsAre("aborted"));
+}
+
+TEST_F(ActionClientTest, ListsOfStatesThatAreTooLongAreNotRead) {
+  const auto server = make_server();
+  const auto client = create_action_client<Drive>(*node_, "drive");
+  client->async_send_goal({1}, noted("goal"));
+  run();
+  ASSERT_NE(goal_, nullptr);
+  const auto stranger = server_node_->create_publisher<action_msgs::msg::GoalStatusArray>(
+      "drive/_action/status", QoS(1).transient_local());
+  const auto say = [&](std::size_t states, GoalState state) {
+    action_msgs::msg::GoalStatusArray message;
+    message.status_list.resize(states);
+    message.status_list.back().goal_info.goal_id = goal_->id();
+    message.status_list.back().status = static_cast<std::int8_t>(state);
+    stranger->publish(message);
+    run();
+    return goal_->state();
+  };
+  EXPECT_EQ(say(kMostEntries, GoalState::canceling), GoalState::canceling);
+  EXPECT_EQ(say(kMostEntries + 1, GoalState::executing), GoalState::canceling);
 }
 
 }  // namespace

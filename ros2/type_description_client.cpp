@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/ros2/type_description_client.hpp"
 
-#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <set>
+#include <string_view>
+#include <unordered_set>
 #include <utility>
 
+#include "takt/messages/entries.hpp"
 #include "takt/messages/type_description_interfaces/srv/get_type_description.hpp"
 
 namespace takt {
@@ -81,14 +83,20 @@ bool TypeDescriptionClient::goes_on(Question& question, const Graph& graph) {
 
 // A node that announces a hash, but whose service is not discovered yet, is worth to wait for.
 bool TypeDescriptionClient::ask_next(Question& question, const Graph& graph) {
+  // Limit: nodes that are asked for the description of a type, one after the other. At it: it is
+  // not described. Seen: the caller gets none.
+  constexpr std::size_t kMostNodes = 20;
+  if (question.asked.size() == kMostNodes) return false;
+  std::unordered_set<std::string_view> services;
+  for (const GraphEndpoint& service : graph.services) services.insert(service.name);
   for (const auto* list : {&graph.publishers, &graph.subscriptions}) {
     for (const GraphEndpoint& end : *list) {
       if (end.type != question.type || end.type_hash.empty()) continue;
       question.hash = end.type_hash;
       const std::string service = end.node + "/get_type_description";
-      const bool is_served = std::any_of(graph.services.begin(), graph.services.end(),
-                                         [&](const auto& known) { return known.name == service; });
-      if (!is_served || !is_topic_name(service) || !question.asked.insert(service).second) continue;
+      if (!services.contains(service) || !is_topic_name(service) ||
+          !question.asked.insert(service).second)
+        continue;
       question.client = host_.create_client<GetTypeDescription>(service);
       question.is_sent = question.is_answered = false;
       question.limit = later(timer_->clock().now(), kPatience);
@@ -100,16 +108,17 @@ bool TypeDescriptionClient::ask_next(Question& question, const Graph& graph) {
 
 void TypeDescriptionClient::send(Question& question) {
   question.is_sent = true;
-  question.client->async_send_request(GetTypeDescription::Request()
-                                          .set__type_name(question.type)
-                                          .set__type_hash(question.hash)
-                                          .set__include_type_sources(false),
-                                      [&question](const GetTypeDescription::Response* response) {
-                                        question.is_answered = true;
-                                        if (response != nullptr && response->successful) {
-                                          question.description = response->type_description;
-                                        }
-                                      });
+  question.client->async_send_request(
+      GetTypeDescription::Request()
+          .set__type_name(question.type)
+          .set__type_hash(question.hash)
+          .set__include_type_sources(false),
+      [&question](const GetTypeDescription::Response* response) {
+        question.is_answered = true;
+        if (response != nullptr && response->successful && why_too_long(*response).empty()) {
+          question.description = response->type_description;
+        }
+      });
 }
 
 }  // namespace takt

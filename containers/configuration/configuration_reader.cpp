@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/error.hpp"
 #include "takt/base/time.hpp"
+#include "takt/messages/entries.hpp"
 
 namespace takt {
 namespace {
@@ -182,7 +184,12 @@ SystemReader::Read ConfigurationReader::into_duration(Nanoseconds& duration,
 
 std::map<std::string, CallbackParameterChanges> read_parameter_changes(const std::string& text) {
   document::Errors errors("request");
-  auto changes = ConfigurationReader(errors).read_changes(document::parse_yaml(text, errors));
+  const document::Value root = document::parse_yaml(text, errors);
+  if (const std::size_t values = document::count(root); values > kMostEntries) {
+    throw Error(
+        fmt::format("a text with {} values is refused; send {} at most", values, kMostEntries));
+  }
+  auto changes = ConfigurationReader(errors).read_changes(root);
   errors.throw_if_any();
   return changes;
 }

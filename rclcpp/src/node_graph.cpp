@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cstdlib>
+#include <initializer_list>
+#include <map>
+#include <set>
 #include <sstream>
 
 #include "rclcpp/node_interfaces/node_graph_interface.hpp"
@@ -11,19 +14,20 @@ namespace {
 using Names = NodeGraphInterface::NamesAndTypes;
 using Endpoints = std::vector<takt::GraphEndpoint>;
 
-void add(Names& names, const Endpoints& endpoints, const std::string& node = {}) {
-  for (const takt::GraphEndpoint& endpoint : endpoints) {
-    if (!node.empty() && endpoint.node != node) continue;
-    auto& types = names[endpoint.name];
-    if (std::find(types.begin(), types.end(), endpoint.type) == types.end()) {
-      types.push_back(endpoint.type);
+/// Of all ends, or of one node's.
+Names names_of(std::initializer_list<const Endpoints*> lists, const std::string& node = {}) {
+  std::map<std::string, std::set<std::string>> types;  // others may announce any number
+  for (const Endpoints* endpoints : lists) {
+    for (const takt::GraphEndpoint& endpoint : *endpoints) {
+      if (node.empty() || endpoint.node == node) types[endpoint.name].insert(endpoint.type);
     }
   }
+  Names names;
+  for (const auto& [name, of] : types) names[name].assign(of.begin(), of.end());
+  return names;
 }
 Names of_node(const Endpoints& endpoints, const std::string& node, const std::string& name_space) {
-  Names names;
-  add(names, endpoints, (name_space == "/" ? "" : name_space) + "/" + node);
-  return names;
+  return names_of({&endpoints}, (name_space == "/" ? "" : name_space) + "/" + node);
 }
 std::size_t count(const Endpoints& endpoints, const std::string& name) {
   return static_cast<std::size_t>(std::count_if(
@@ -73,17 +77,11 @@ takt::Graph NodeGraphInterface::graph() const {
 
 Names NodeGraphInterface::get_topic_names_and_types(bool) const {
   const takt::Graph now = graph();
-  Names names;
-  add(names, now.publishers);
-  add(names, now.subscriptions);
-  return names;
+  return names_of({&now.publishers, &now.subscriptions});
 }
 Names NodeGraphInterface::get_service_names_and_types() const {
   const takt::Graph now = graph();
-  Names names;
-  add(names, now.services);
-  add(names, now.clients);
-  return names;
+  return names_of({&now.services, &now.clients});
 }
 Names NodeGraphInterface::get_service_names_and_types_by_node(const std::string& node,
                                                               const std::string& name_space) const {

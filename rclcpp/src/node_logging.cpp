@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <string>
+#include <utility>
 
+#include "takt/messages/entries.hpp"
 #include "takt/messages/rcl_interfaces/srv/get_logger_levels.hpp"
 #include "takt/messages/rcl_interfaces/srv/set_logger_levels.hpp"
 
@@ -25,6 +27,7 @@ std::string logger_name(const takt::Node& node) {
 // Loggers that nobody has are refused: others could fill the memory with them.
 
 void get_levels(const GetLoggerLevels::Request& request, GetLoggerLevels::Response& response) {
+  if (!takt::why_too_long(request).empty()) return;
   for (const std::string& name : request.names) {
     const detail::LoggerState* logger = detail::known_logger(name);
     response.levels.emplace_back();
@@ -34,6 +37,11 @@ void get_levels(const GetLoggerLevels::Request& request, GetLoggerLevels::Respon
   }
 }
 void set_levels(const SetLoggerLevels::Request& request, SetLoggerLevels::Response& response) {
+  if (std::string why = takt::why_too_long(request); !why.empty()) {
+    response.results.emplace_back();
+    response.results.back().reason = std::move(why);
+    return;
+  }
   for (const auto& asked : request.levels) {
     response.results.emplace_back();
     auto& result = response.results.back();

@@ -4,6 +4,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "takt/base/logger.hpp"
+#include "takt/messages/entries.hpp"
+
 namespace rclcpp {
 namespace {
 
@@ -17,6 +20,11 @@ void remove(List& list, const std::shared_ptr<Handle>& handle) {
 }  // namespace
 
 void ParameterEventHandler::Callbacks::call(const Event& event) {
+  if (const std::string why = takt::why_too_long(event); !why.empty()) {
+    static constinit takt::LogThrottle throttle(1);
+    if (throttle.may_log()) takt::log(takt::LogLevel::warn, "/parameter_events: {}", why);
+    return;
+  }
   for (auto* list : {&of_parameters, &of_events}) {
     list->each(std::decay_t<decltype(*list)>::Order::last_added, [&](const auto& callback) {
       callback(event);

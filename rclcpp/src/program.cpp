@@ -137,11 +137,7 @@ Program::Program() {
   // The file may have loaded them.
   check(takt::executors(), variables_.executor, "TAKT_EXECUTOR");
   check(takt::schedulers(), variables_.scheduler, "TAKT_SCHEDULER");
-  if (const std::string& placement = variables_.placement;
-      !placement.empty() && placement != "file" && placement != "merged") {
-    throw takt::Error("there is no placement '" + takt::printable(placement) + "'",
-                      "choose file or merged", "TAKT_PLACEMENT");
-  }
+  if (!variables_.placement.empty()) takt::parse_placement(variables_.placement, "TAKT_PLACEMENT");
   if (!file_ && !template_ && !results_) return;
   on_exit(  // nothing throws any more
       [](int status, void* /*unused*/) {
@@ -293,7 +289,9 @@ void Program::start() {
   if (container_ != nullptr || is_ending_ || !has_any) return;
   takt::ContainerOverrides overrides;
   overrides.executor = variables_.executor;
-  if (variables_.placement == "merged") overrides.placement = takt::Placement::merged;
+  if (!variables_.placement.empty()) {
+    overrides.placement = takt::parse_placement(variables_.placement);
+  }
   overrides.scheduler = variables_.scheduler;
   overrides.trace_events = variables_.trace_events;
   overrides.find_node = [this](const takt::ComponentDescription& wanted) {

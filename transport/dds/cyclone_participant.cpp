@@ -81,12 +81,18 @@ CycloneParticipant::CycloneParticipant(const DdsOptions& options)
   if (ros_graph_ != RosGraph::off) {
     announcer_ = std::make_unique<NodeAnnouncer>(handle_, ros_graph_);
   }
-  topic_watch_ = std::make_unique<TopicWatch>(handle_);
+  graph_reader_ = std::make_unique<GraphReader>(
+      handle_, ros_graph_,
+      [this](const std::string& process) { topic_watch_->announced(process); });
+  topic_watch_ = std::make_unique<TopicWatch>(
+      announcer_ != nullptr ? &announcer_->topic() : nullptr, *graph_reader_);
+  topic_watch_->begin(handle_);
 }
 
 CycloneParticipant::~CycloneParticipant() {
-  topic_watch_.reset();
+  topic_watch_->end();
   graph_reader_.reset();
+  topic_watch_.reset();
   announcer_.reset();
   for (const Leaving& leaving : leaving_) remove(leaving.end);
   leaving_.clear();
@@ -163,10 +169,6 @@ void CycloneParticipant::visit_endpoints(const std::function<void(const Endpoint
 }
 
 Graph CycloneParticipant::graph() {
-  const std::lock_guard lock(mutex_);
-  if (graph_reader_ == nullptr) {
-    graph_reader_ = std::make_unique<GraphReader>(handle_, ros_graph_);
-  }
   return graph_reader_->read();
 }
 

@@ -11,7 +11,9 @@
 
 #include <fmt/ranges.h>
 
+#include "takt/base/logger.hpp"
 #include "takt/base/printable.hpp"
+#include "takt/messages/entries.hpp"
 #include "takt/messages/type_description.hpp"
 #include "takt/transport/dds/key_values.hpp"
 #include "takt/transport/dds/node_announcer.hpp"
@@ -20,15 +22,14 @@
 namespace takt {
 namespace {
 
-dds_entity_t make_reader(dds_entity_t participant, const Topic* topic, const Endpoint& endpoint,
+dds_entity_t make_reader(dds_entity_t participant, const Topic& topic, const Endpoint& endpoint,
                          RosGraph form, const dds_listener_t* listener) {
-  if (topic == nullptr) return 0;
   // There are no keys: so it is the history of all processes together, from one look of Cyclone's
   // thread to the next.
   const WireQoS qos = wire_qos(endpoint.qos, endpoint.qos.depth);
   const std::string text = user_data(endpoint, form);
   dds_qset_userdata(qos.get(), text.data(), text.size());
-  return dds_check(dds_create_reader(participant, topic->handle(), qos.get(), listener),
+  return dds_check(dds_create_reader(participant, topic.handle(), qos.get(), listener),
                    "the nodes of others cannot be read");
 }
 
@@ -57,6 +58,19 @@ std::string without(std::string type, std::string_view suffix) {
 
 using Listener = std::unique_ptr<dds_listener_t, decltype(&dds_delete_listener)>;
 
+// Limit: nodes that a look at the graph shows. At it: further ones are left out. Seen: the log.
+constexpr std::size_t kMostNodes = kMostEntries;
+// Limit: publishers that a look at the graph shows, and as many subscriptions, services and
+// clients. At it: further ones are left out. Seen: the log.
+constexpr std::size_t kMostEndpoints = 100'000;
+
+void note_left_out(std::size_t most, const char* what) {
+  static constinit LogThrottle throttle(1);
+  if (!throttle.may_log()) return;
+  log(LogLevel::warn, "there are more than {} {} on this DDS domain; the others are left out", most,
+      what);
+}
+
 }  // namespace
 
 /// The last one of each process, by its GUID.
@@ -67,6 +81,7 @@ class GraphReader::Announcements {
   };
   using Sample = std::unique_ptr<ddsi_serdata, Unref>;
 
+  explicit Announcements(std::function<void(const Gid&)> on_kept) : on_kept_(std::move(on_kept)) {}
   /// When there is something to take.
   static void on_data(dds_entity_t reader, void* self) {
     static_cast<Announcements*>(self)->take(reader);
@@ -78,6 +93,11 @@ class GraphReader::Announcements {
     kept_.clear();
     bytes_ = 0;
     return all;
+  }
+  Sample find(const Gid& process) {
+    const std::lock_guard lock(mutex_);
+    const auto kept = kept_.find(process);
+    return Sample(kept != kept_.end() ? ddsi_serdata_ref(kept->second.sample.get()) : nullptr);
   }
   /// Until so many processes have announced something since the last all(), at most so long.
   void wait(std::size_t processes, std::chrono::steady_clock::time_point end) {
@@ -118,16 +138,19 @@ class GraphReader::Announcements {
     }
   }
   void keep(const Gid& gid, Sample sample, std::size_t size) {
-    const std::lock_guard lock(mutex_);
-    forget(kept_.find(gid));
-    kept_[gid] = {std::move(sample), size, ++last_};
-    bytes_ += size;
-    while (bytes_ > kMostUnread || kept_.size() > kMostProcesses) {
-      forget(std::min_element(kept_.begin(), kept_.end(), [](const auto& a, const auto& b) {
-        return a.second.number < b.second.number;
-      }));
+    {
+      const std::lock_guard lock(mutex_);
+      forget(kept_.find(gid));
+      kept_[gid] = {std::move(sample), size, ++last_};
+      bytes_ += size;
+      while (bytes_ > kMostUnread || kept_.size() > kMostProcesses) {
+        forget(std::min_element(kept_.begin(), kept_.end(), [](const auto& a, const auto& b) {
+          return a.second.number < b.second.number;
+        }));
+      }
+      changed_.notify_all();
     }
-    changed_.notify_all();
+    on_kept_(gid);
   }
   void forget(std::map<Gid, Kept>::iterator kept) {
     if (kept == kept_.end()) return;
@@ -135,6 +158,7 @@ class GraphReader::Announcements {
     kept_.erase(kept);
   }
 
+  const std::function<void(const Gid&)> on_kept_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::map<Gid, Kept> kept_;
@@ -142,19 +166,21 @@ class GraphReader::Announcements {
   std::uint64_t last_ = 0;
 };
 
-GraphReader::GraphReader(dds_entity_t participant, RosGraph form)
+GraphReader::GraphReader(dds_entity_t participant, RosGraph form,
+                         std::function<void(const Gid&)> on_announced)
     : participant_(participant),
       form_(form),
-      topic_(form == RosGraph::off
-                 ? nullptr
-                 : std::make_unique<Topic>(participant, discovery_endpoint(form), false)),
-      announcements_(std::make_unique<Announcements>()),
-      reader_([&] {
-        const Listener listener(dds_create_listener(announcements_.get()), &dds_delete_listener);
-        dds_lset_data_available(listener.get(), &Announcements::on_data);
-        return make_reader(participant, topic_.get(), discovery_endpoint(form), form,
-                           listener.get());
-      }()) {
+      announcements_(std::make_unique<Announcements>(std::move(on_announced))) {
+}
+
+void GraphReader::begin() {
+  if (form_ == RosGraph::off) return;
+  std::call_once(has_begun_, [this] {
+    topic_ = std::make_unique<Topic>(participant_, discovery_endpoint(form_), false);
+    const Listener listener(dds_create_listener(announcements_.get()), &dds_delete_listener);
+    dds_lset_data_available(listener.get(), &Announcements::on_data);
+    reader_ = make_reader(participant_, *topic_, discovery_endpoint(form_), form_, listener.get());
+  });
 }
 
 GraphReader::~GraphReader() {
@@ -171,27 +197,32 @@ void GraphReader::await_announced() {
   if (known > 0) announcements_->wait(static_cast<std::size_t>(known), end);
 }
 
+// With the lock of the processes held.
 void GraphReader::take_discovered() {
-  form_ == RosGraph::humble ? take_discovered_as<humble::ParticipantEntitiesInfo>()
-                            : take_discovered_as<ParticipantEntitiesInfo>();
+  for (const auto& [gid, sample] : announcements_->all()) processes_[gid] = decoded(*sample);
+}
+
+GraphReader::Process GraphReader::decoded(const ddsi_serdata& announcement) const {
+  return form_ == RosGraph::humble ? decoded_as<humble::ParticipantEntitiesInfo>(announcement)
+                                   : decoded_as<ParticipantEntitiesInfo>(announcement);
 }
 
 template <class ParticipantEntitiesInfo>
-void GraphReader::take_discovered_as() {
+GraphReader::Process GraphReader::decoded_as(const ddsi_serdata& announcement) const {
   ParticipantEntitiesInfo info;
-  const auto gid = [](const auto& of) { return bytes_of(of.data.data()); };
-  for (const auto& [key, sample] : announcements_->all()) {
-    const auto bytes = static_cast<Serdata*>(sample.get())->bytes();
-    if (!topic_->type().message.decode(bytes, &info)) continue;
-    Process& process = processes_[gid(info.gid)] = {};
-    for (const auto& node : info.node_entities_info_seq) {
-      const std::string& space = node.node_namespace.get();
-      const std::size_t number = process.nodes.size();
-      process.nodes.push_back(printable((space == "/" ? "" : space) + "/" + node.node_name.get()));
-      for (const auto& reader : node.reader_gid_seq) process.owners[gid(reader)] = number;
-      for (const auto& writer : node.writer_gid_seq) process.owners[gid(writer)] = number;
-    }
+  Process process;
+  if (!topic_->type().message.decode(static_cast<const Serdata&>(announcement).bytes(), &info)) {
+    return process;
   }
+  const auto gid = [](const auto& of) { return bytes_of(of.data.data()); };
+  for (const auto& node : info.node_entities_info_seq) {
+    const std::string& space = node.node_namespace.get();
+    const std::size_t number = process.nodes.size();
+    process.nodes.push_back(printable((space == "/" ? "" : space) + "/" + node.node_name.get()));
+    for (const auto& reader : node.reader_gid_seq) process.owners[gid(reader)] = number;
+    for (const auto& writer : node.writer_gid_seq) process.owners[gid(writer)] = number;
+  }
+  return process;
 }
 
 template <class Sample, class Use>
@@ -231,7 +262,7 @@ void GraphReader::read_endpoints(Graph& graph, SentHashes& sent, const Owners& o
           return;
         }
         const auto owner = owners.find(bytes_of(found.key.v));
-        if (owner != owners.end()) endpoint.node = *owner->second;
+        if (owner != owners.end()) endpoint.node = owner->second;
         // A service is known by what it receives.
         const std::string service = service_in(endpoint.name, "rq", "Request");
         const std::string client = service_in(endpoint.name, "rr", "Reply");
@@ -251,14 +282,14 @@ void GraphReader::read_endpoints(Graph& graph, SentHashes& sent, const Owners& o
         } else if (endpoint.name.starts_with("rt/")) {
           endpoint.name.erase(0, 2);
         }
+        if (list->size() == kMostEndpoints) return note_left_out(kMostEndpoints, "endpoints");
         list->push_back(std::move(endpoint));
       });
 }
 
-Graph GraphReader::read() {
-  const std::lock_guard lock(mutex_);
+GraphReader::Owners GraphReader::owners(Graph& graph) {
   if (form_ != RosGraph::off) {
-    if (!std::exchange(has_awaited_, true)) await_announced();
+    const std::lock_guard lock(processes_mutex_);
     take_discovered();
   }
   std::set<Gid> alive;
@@ -266,18 +297,44 @@ Graph GraphReader::read() {
                                            [&](const dds_builtintopic_participant_t& participant) {
                                              alive.insert(bytes_of(participant.key.v));
                                            });
-  std::erase_if(processes_, [&](const auto& process) { return !alive.contains(process.first); });
-  Graph graph;
-  for (const auto& [gid, process] : processes_) {
-    graph.nodes.insert(graph.nodes.end(), process.nodes.begin(), process.nodes.end());
-  }
-  std::sort(graph.nodes.begin(), graph.nodes.end());
   Owners owners;
+  const std::lock_guard lock(processes_mutex_);
+  std::erase_if(processes_, [&](const auto& process) { return !alive.contains(process.first); });
   for (const auto& [gid, process] : processes_) {
+    const std::size_t room = kMostNodes - graph.nodes.size();
+    const std::size_t shown = std::min(process.nodes.size(), room);
+    graph.nodes.insert(graph.nodes.end(), process.nodes.begin(),
+                       process.nodes.begin() + static_cast<std::ptrdiff_t>(shown));
+    if (shown < process.nodes.size()) note_left_out(kMostNodes, "nodes");
     for (const auto& [end, node] : process.owners) {
-      owners.insert_or_assign(end, &process.nodes[node]);
+      owners.insert_or_assign(end, process.nodes[node]);
     }
   }
+  std::sort(graph.nodes.begin(), graph.nodes.end());
+  return owners;
+}
+
+GraphReader::Owners GraphReader::owners_in(const Gid& process) {
+  Owners owners;
+  const auto add = [&](const Process& of) {
+    for (const auto& [end, node] : of.owners) owners.emplace(end, of.nodes[node]);
+  };
+  // It stays among the unread ones, whose number and bytes are limited.
+  if (const auto unread = announcements_->find(process)) {
+    add(decoded(*unread));
+  } else {
+    const std::lock_guard lock(processes_mutex_);
+    if (const auto known = processes_.find(process); known != processes_.end()) add(known->second);
+  }
+  return owners;
+}
+
+Graph GraphReader::read() {
+  const std::lock_guard lock(mutex_);
+  begin();
+  if (form_ != RosGraph::off && !std::exchange(has_awaited_, true)) await_announced();
+  Graph graph;
+  const Owners owners = this->owners(graph);
   SentHashes sent;
   read_endpoints(graph, sent, owners, true);
   read_endpoints(graph, sent, owners, false);

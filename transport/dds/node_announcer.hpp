@@ -25,6 +25,7 @@ class NodeAnnouncer {
   NodeAnnouncer(const NodeAnnouncer&) = delete;
   NodeAnnouncer& operator=(const NodeAnnouncer&) = delete;
 
+  const Topic& topic() const noexcept { return topic_; }
   /// Nodes are called by their full names, and endpoints belong to nodes that were added. Of two
   /// with the same name the endpoints are one's.
   void add_node(const std::string& node);

@@ -2,9 +2,12 @@
 #include "takt/transport/dds/topic_watch.hpp"
 
 #include <array>
+#include <chrono>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/messages/type_description.hpp"
 
@@ -13,8 +16,19 @@ namespace {
 
 using Listener = std::unique_ptr<dds_listener_t, decltype(&dds_delete_listener)>;
 
+// Limit: time for which a line about another's end waits for the name of its node. At it: it is
+// logged without. Seen: the line.
+constexpr Nanoseconds kMostWait = std::chrono::seconds(1);
+// Limit: lines that wait for names. At it: further ones are logged without. Seen: the line.
+constexpr std::size_t kMostUnnamed = 100;
+
 std::string of_node(const std::string& node) {
   return node.empty() ? "a node whose name is not known" : "node '" + node + "'";
+}
+/// The GUID of the participant of an end.
+std::string process_of(const std::string& end) {
+  constexpr std::string_view kParticipant("\x00\x00\x01\xc1", 4);
+  return end.substr(0, end.size() - kParticipant.size()).append(kParticipant);
 }
 std::string_view kind(bool is_writer) {
   return is_writer ? "publisher" : "subscription";
@@ -22,7 +36,11 @@ std::string_view kind(bool is_writer) {
 
 }  // namespace
 
-TopicWatch::TopicWatch(dds_entity_t participant) {
+TopicWatch::TopicWatch(const Topic* topic, GraphReader& names) : names_of_nodes_(names) {
+  if (topic != nullptr) timer_.emplace(*topic, [this] { name_all(); });
+}
+
+void TopicWatch::begin(dds_entity_t participant) {
   dds_get_instance_handle(participant, &own_);
   const auto watch = [&](dds_entity_t topic, dds_on_data_available_fn on_data) {
     const Listener listener(dds_create_listener(this), &dds_delete_listener);
@@ -40,9 +58,15 @@ TopicWatch::TopicWatch(dds_entity_t participant) {
   discover(readers_, false);
 }
 
-TopicWatch::~TopicWatch() {
-  dds_delete(writers_);
-  dds_delete(readers_);
+void TopicWatch::end() noexcept {
+  for (dds_entity_t* reader : {&writers_, &readers_}) {
+    if (*reader != 0) dds_delete(std::exchange(*reader, 0));
+  }
+  timer_.reset();
+  const std::lock_guard lock(mutex_);
+  for (const Unnamed& one : std::exchange(unnamed_, {})) {
+    compare(one.topic, one.ours, one.other, "");
+  }
 }
 
 void TopicWatch::add(const Endpoint& endpoint, bool is_writer) {
@@ -50,7 +74,7 @@ void TopicWatch::add(const Endpoint& endpoint, bool is_writer) {
   const std::lock_guard lock(mutex_);
   Ends& topic = topics_[dds_topic_name(endpoint.topic)];
   topic.ours.emplace(&endpoint, end);
-  for (const auto& [gid, other] : topic.others) compare(endpoint.topic, end, other);
+  for (const auto& [gid, other] : topic.others) compare(endpoint.topic, end, other, gid);
 }
 
 void TopicWatch::remove(const Endpoint& endpoint) noexcept {
@@ -84,7 +108,7 @@ void TopicWatch::discover(dds_entity_t reader, bool writers) noexcept {
         names_.emplace(gid, found.topic_name);
         topic.others.emplace(gid, other);
         for (const auto& [endpoint, ours] : topic.ours) {
-          if (compare(endpoint->topic, ours, other)) break;  // one line of each that comes
+          if (compare(endpoint->topic, ours, other, gid)) break;  // one line of each that comes
         }
       }
     }
@@ -97,9 +121,11 @@ void TopicWatch::forget_if_empty(const std::string& name) noexcept {
   if (topic->second.ours.empty() && topic->second.others.empty()) topics_.erase(topic);
 }
 
-// True: there was something to say.
-bool TopicWatch::compare(const std::string& topic, const End& ours, const End& other) {
+// True: there is something to say. `gid`: the other's; empty: it waits for no name any more.
+bool TopicWatch::compare(const std::string& topic, const End& ours, const End& other,
+                         const std::string& gid) {
   if (ours.type != other.type) {
+    if (waits_for_name(topic, ours, other, gid)) return true;
     complain(
         LogLevel::error,
         fmt::format("topic '{}' has two types, so no message passes: {} for the {} of {} here, "
@@ -109,11 +135,12 @@ bool TopicWatch::compare(const std::string& topic, const End& ours, const End& o
     return true;
   }
   if (ours.is_writer == other.is_writer) {
-    return !ours.is_writer && compare_servers(topic, ours, other);
+    return !ours.is_writer && compare_servers(topic, ours, other, gid);
   }
   const std::string_view policy =
       ours.is_writer ? ours.qos.refuses(other.qos) : other.qos.refuses(ours.qos);
   if (policy.empty()) return false;
+  if (waits_for_name(topic, ours, other, gid)) return true;
   complain(LogLevel::warn,
            fmt::format("topic '{}': the publisher of {} {} offers less than the subscription of {} "
                        "{} asks for: {}; no message passes",
@@ -125,10 +152,11 @@ bool TopicWatch::compare(const std::string& topic, const End& ours, const End& o
 }
 
 // What receives requests is a server. A node has many services; one line of each node will do.
-bool TopicWatch::compare_servers(const std::string& topic, const End& ours, const End& other) {
+bool TopicWatch::compare_servers(const std::string& topic, const End& ours, const End& other,
+                                 const std::string& gid) {
   constexpr std::string_view kBegin = "rq/", kEnd = "Request";
   if (!topic.starts_with(kBegin) || !topic.ends_with(kEnd)) return false;
-  if (doubted_.contains(ours.node)) return true;
+  if (doubted_.contains(ours.node) || waits_for_name(topic, ours, other, gid)) return true;
   const std::string name =
       topic.substr(kBegin.size() - 1, topic.size() - kBegin.size() + 1 - kEnd.size());
   const bool is_said = complain(
@@ -138,6 +166,59 @@ bool TopicWatch::compare_servers(const std::string& topic, const End& ours, cons
                   name, of_node(ours.node), of_node(other.node)));
   if (is_said) doubted_.insert(ours.node);
   return true;
+}
+
+// With the lock held. False: it is to be logged now.
+bool TopicWatch::waits_for_name(const std::string& topic, const End& ours, const End& other,
+                                const std::string& gid) {
+  if (!other.node.empty() || gid.empty() || !timer_ || unnamed_.size() == kMostUnnamed) {
+    return false;
+  }
+  unnamed_.push_back({topic, ours, other, gid, later(Clock::steady().now(), kMostWait)});
+  timer_->set(Nanoseconds::zero());
+  return true;
+}
+
+void TopicWatch::announced(const std::string& process) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (unnamed_.empty()) return;
+  }
+  name(process);
+}
+
+// Those of a process, if they are known now.
+void TopicWatch::name(const std::string& process) {
+  const GraphReader::Owners nodes = names_of_nodes_.owners_in(process);
+  const std::lock_guard lock(mutex_);
+  std::erase_if(unnamed_, [&](const Unnamed& one) {
+    const auto found = nodes.find(one.gid);
+    if (found == nodes.end()) return false;
+    End other = one.other;
+    other.node = found->second;
+    compare(one.topic, one.ours, other, "");
+    return true;
+  });
+}
+
+// On Cyclone's thread for timed events.
+void TopicWatch::name_all() noexcept {
+  std::set<std::string> processes;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const Unnamed& one : unnamed_) processes.insert(process_of(one.gid));
+  }
+  try {
+    names_of_nodes_.begin();
+    for (const std::string& process : processes) name(process);
+  } catch (const Error&) {  // announcements may not be read
+  }
+  const std::lock_guard lock(mutex_);
+  const TimePoint now = Clock::steady().now();
+  std::erase_if(unnamed_, [&](const Unnamed& one) {
+    return now >= one.until && compare(one.topic, one.ours, one.other, "");
+  });
+  if (!unnamed_.empty()) timer_->set(unnamed_.front().until - now);  // the first to end
 }
 
 bool TopicWatch::complain(LogLevel level, const std::string& line) {

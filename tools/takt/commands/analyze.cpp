@@ -67,7 +67,7 @@ json print_suggestions(const AnalyzedFile& file, Nanoseconds most, bool prints) 
 }
 
 void run(Options options) {
-  if (options.placement == "merged") options.how.overrides.placement = Placement::merged;
+  options.how.overrides.placement = parse_placement(options.placement);
   if (!options.report.empty()) check_report(options.report);
   if (!program_words().empty()) {
     read_system(options.file, options.how.settings);  // its errors are not the program's

@@ -76,6 +76,7 @@ void list(const Options& options) {
     caller.nobody(service_of(options.container, kList), called(options.container));
   }
   const auto answers = caller.ask_all<ci::ListNodes>(containers, kList, {}, kListLimit);
+  auto servers = caller.servers();
   for (const auto& [container, answer] : answers.in_time) {
     const auto add_note = [&, name = container](const std::string& note) {
       table.add({name, "-", fmt::format("({})", note)});
@@ -84,7 +85,7 @@ void list(const Options& options) {
     };
     if (answer.unique_ids.empty()) add_note("empty");
     // Both have answered, and one answer was taken.
-    for (std::size_t others = caller.count(service_of(container, kList)); others > 1; --others) {
+    for (std::size_t others = servers[service_of(container, kList)]; others > 1; --others) {
       add_note("another process has a container of this name");
     }
     for (std::size_t i = 0; i < std::min(answer.unique_ids.size(), answer.full_node_names.size());

@@ -9,6 +9,7 @@
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
+#include "graph/node_rows.hpp"
 #include "graph/observer.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
@@ -29,21 +30,14 @@ void list(const Options& options) {
   });
   Table table({"node", "publishers", "subscriptions", "services", "clients"});
   json rows = json::array();
-  for (const std::string& node : graph.nodes) {
-    if (!is_shown(node)) continue;
-    const auto count = [&](const std::vector<GraphEndpoint>& list) {
-      return std::count_if(list.begin(), list.end(),
-                           [&](const auto& endpoint) { return endpoint.node == node; });
-    };
-    const auto publishers = count(graph.publishers), subscriptions = count(graph.subscriptions);
-    const auto services = count(graph.services), clients = count(graph.clients);
-    table.add({node, std::to_string(publishers), std::to_string(subscriptions),
-               std::to_string(services), std::to_string(clients)});
-    rows.push_back({{"node", node},
-                    {"publishers", publishers},
-                    {"subscriptions", subscriptions},
-                    {"services", services},
-                    {"clients", clients}});
+  for (const NodeRow& row : node_rows(graph, is_shown)) {
+    table.add({row.node, std::to_string(row.publishers), std::to_string(row.subscriptions),
+               std::to_string(row.services), std::to_string(row.clients)});
+    rows.push_back({{"node", row.node},
+                    {"publishers", row.publishers},
+                    {"subscriptions", row.subscriptions},
+                    {"services", row.services},
+                    {"clients", row.clients}});
   }
   if (rows.empty()) rt::to_stderr("no node on DDS domain {}\n", options.domain.number());
   if (options.json_path != "-") table.print("nodes");

@@ -76,11 +76,7 @@ void choose_placement(Options& options, bool is_given) {
   }
   const char* const value = std::getenv("TAKT_PLACEMENT");
   if (is_given || value == nullptr || *value == '\0') return;
-  const std::vector<std::string> valid{"file", "merged"};
-  if (std::find(valid.begin(), valid.end(), value) == valid.end()) {
-    throw Error(fmt::format("there is no placement '{}'", printable(value)), suggest(value, valid),
-                "TAKT_PLACEMENT");
-  }
+  parse_placement(value, "TAKT_PLACEMENT");
   options.placement = value;
 }
 
@@ -166,7 +162,7 @@ std::size_t trace_events(const Options& options) {
 
 ContainerOverrides overrides(const Options& options) {
   return {.executor = options.name.empty() ? options.executor : "",
-          .placement = options.placement == "merged" ? Placement::merged : Placement::file,
+          .placement = parse_placement(options.placement),
           .scheduler = options.scheduler,
           .trace_events = trace_events(options),
           .slices = slices_for(duration_of(options))};
@@ -206,8 +202,8 @@ void serve_parent(const Options& options) {
 /// Whether a trigger or a period decides when the executor of a traced thread runs.
 bool is_triggered(const std::vector<SystemDescription>& system, const json& thread,
                   const Options& options) {
-  if (!options.executor.empty() &&
-      (options.placement == "merged" || !executors().traits(options.executor).triggered)) {
+  if (!options.executor.empty() && (parse_placement(options.placement) == Placement::merged ||
+                                    !executors().traits(options.executor).triggered)) {
     return false;  // an executor without
   }
   for (const SystemDescription& process : system) {

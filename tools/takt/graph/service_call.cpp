@@ -40,16 +40,18 @@ std::map<std::string, std::size_t> owners_in(const Graph& graph, std::string_vie
   return chosen;
 }
 
-std::size_t Caller::count(const std::string& service) {
+std::map<std::string, std::size_t> Caller::servers() {
   std::this_thread::sleep_until(discovered_);
-  const std::vector<GraphEndpoint> services = participant_->graph().services;
-  return static_cast<std::size_t>(
-      std::count_if(services.begin(), services.end(),
-                    [&](const GraphEndpoint& known) { return known.name == service; }));
+  std::map<std::string, std::size_t> counts;
+  for (const GraphEndpoint& service : participant_->graph().services) ++counts[service.name];
+  return counts;
 }
 
 void Caller::check_is_one(const std::string& service, const std::string& whose) {
-  const std::size_t servers = count(service);
+  check_is_one(servers()[service], whose);
+}
+
+void Caller::check_is_one(std::size_t servers, const std::string& whose) {
   if (servers < 2) return;
   throw Error(fmt::format("which {}? {} processes have one of this name", whose, servers),
               "give each its own name, or end the others");

@@ -64,8 +64,9 @@ class Caller {
 
   /// Throws Error if several processes have a server of the service: each would do what is asked.
   void check_is_one(const std::string& service, const std::string& whose);
-  /// How many processes have a server of the service, half a second after the start.
-  std::size_t count(const std::string& service);
+  static void check_is_one(std::size_t servers, const std::string& whose);
+  /// How many processes have a server of each service, half a second after the start.
+  std::map<std::string, std::size_t> servers();
 
   /// What is discovered, with the names of nodes, which come a little later.
   Graph graph();

@@ -13,6 +13,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/measuring/output.hpp"
+#include "takt/messages/entries.hpp"
 #include "takt/messages/message_types.hpp"
 #include "takt/messages/type_description_interfaces/srv/get_type_description.hpp"
 
@@ -113,13 +114,18 @@ const MessageType* TypeFinder::ask_nodes(const std::string& name, const std::str
   // Others need to be discovered once only.
   const Graph graph = std::exchange(has_discovered_, true) ? observer_.participant()->graph()
                                                            : observer_.whole_graph(has_it);
-  std::set<std::string> servers;
+  // Limit: nodes that a command asks for the description of a type, one after the other. At it: the
+  // type is not known. Seen: the error.
+  constexpr std::size_t kMostNodes = 20;
+  std::set<std::string> servers, asked;
   for (const GraphEndpoint& service : graph.services) servers.insert(service.name);
   for (const Announced& announced : announced_types(graph)) {
     if (!is_of_it(announced)) continue;
     const auto& [node, type, hash] = announced;
     const std::string service = node + "/get_type_description";
     if (hash.empty() || !servers.contains(service) || !is_topic_name(service)) continue;
+    if (asked.size() == kMostNodes) break;
+    asked.insert(service);
     const auto description = ask(service, type, hash);
     if (!description) continue;
     if (const MessageType* found = described(*description, name)) return found;
@@ -138,15 +144,17 @@ std::optional<TypeDescription> TypeFinder::ask(const std::string& service, const
   }
   std::optional<TypeDescription> description;
   bool is_answered = false;
-  client->async_send_request(GetTypeDescription::Request()
-                                 .set__type_name(type)
-                                 .set__type_hash(hash)
-                                 .set__include_type_sources(false),
-                             [&](const GetTypeDescription::Response* response) {
-                               is_answered = true;
-                               if (response != nullptr && response->successful)
-                                 description = response->type_description;
-                             });
+  client->async_send_request(
+      GetTypeDescription::Request()
+          .set__type_name(type)
+          .set__type_hash(hash)
+          .set__include_type_sources(false),
+      [&](const GetTypeDescription::Response* response) {
+        is_answered = true;
+        if (response != nullptr && response->successful && why_too_long(*response).empty()) {
+          description = response->type_description;
+        }
+      });
   WaitSet wait_set;
   wait_set.add(client);
   while (!is_answered && Clock::steady().now() < end) {

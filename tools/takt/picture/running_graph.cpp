@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -27,13 +28,12 @@ constexpr const char* kStructure = "/_container/get_structure";
 class Processes {
  public:
   Processes(Graph graph, std::vector<ContainerStructure> containers) : graph_(std::move(graph)) {
+    std::map<std::string_view, const GraphEndpoint*> services;
+    for (const GraphEndpoint& service : graph_.services) services.emplace(service.name, &service);
     for (ContainerStructure& structure : containers) {
-      const std::string service = service_of(structure.name, kStructure);
-      const auto end =
-          std::find_if(graph_.services.begin(), graph_.services.end(),
-                       [&](const GraphEndpoint& each) { return each.name == service; });
-      if (end == graph_.services.end()) continue;  // it has gone since it answered
-      const std::string gid = process_of(*end);
+      const auto end = services.find(service_of(structure.name, kStructure));
+      if (end == services.end()) continue;  // it has gone since it answered
+      const std::string gid = process_of(*end->second);
       for (const std::string& node : structure.nodes) nodes_.emplace(gid, node);
       processes_[gid] = {std::move(structure)};
     }
@@ -151,8 +151,9 @@ RunningGraph running_graph(const std::vector<std::string>& containers, int domai
     named.push_back(name.starts_with('/') ? name.substr(1) : name);
   }
   const std::vector<std::string> all = caller.find(kStructure);
+  auto servers = caller.servers();
   for (const std::string& name : named.empty() ? all : named) {
-    caller.check_is_one(service_of(name, kStructure), whose(name));
+    Caller::check_is_one(servers[service_of(name, kStructure)], whose(name));
   }
   auto answers = caller.ask_all<GetStructure>(all, kStructure, {}, kListLimit);
   std::vector<ContainerStructure> structures;

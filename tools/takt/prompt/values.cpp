@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "takt/base/error.hpp"
+#include "takt/containers/container.hpp"
 
 namespace takt::tools {
 namespace {
@@ -78,7 +79,7 @@ CLI::Option* placement_option(CLI::App* command, std::string& placement) {
           "With an executor type that replaces those of the file. file: each executor "
           "keeps its components, threads and scheduler. merged: one serves all components "
           "of a process, with all their threads (default: file)"),
-      {"file", "merged"});
+      placements());
 }
 
 CLI::Option* whole_number(CLI::Option* option, std::int64_t least, std::int64_t most) {
