@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/ros2/action_client.hpp"
 
+#include <algorithm>
+#include <mutex>
+#include <utility>
+
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
@@ -9,6 +13,46 @@
 #include "takt/messages/entries.hpp"
 
 namespace takt {
+namespace detail {
+
+// What goes is destroyed without the lock, as it is the user's.
+bool GoalCalls::waits(Kind kind, const std::function<std::function<void()>()>& kept) {
+  Waiting dropped;
+  const std::lock_guard lock(mutex_);
+  if (!std::exchange(is_busy_, true)) return false;
+  const auto is_feedback = [](const Waiting& each) { return each.kind == Kind::feedback; };
+  if (kind == Kind::feedback &&
+      std::count_if(waiting_.begin(), waiting_.end(), is_feedback) >= kMostFeedback) {
+    const auto oldest = std::find_if(waiting_.begin(), waiting_.end(), is_feedback);
+    dropped = std::move(*oldest);
+    waiting_.erase(oldest);
+  }
+  waiting_.push_back({kind, kept()});
+  return true;
+}
+
+void GoalCalls::end(std::exception_ptr failure) {
+  for (;;) {
+    Waiting next;
+    {
+      const std::lock_guard lock(mutex_);
+      if (waiting_.empty()) {
+        is_busy_ = false;
+        break;
+      }
+      next = std::move(waiting_.front());
+      waiting_.pop_front();
+    }
+    try {
+      next.call();
+    } catch (...) {
+      if (failure == nullptr) failure = std::current_exception();
+    }
+  }
+  if (failure != nullptr) std::rethrow_exception(failure);
+}
+
+}  // namespace detail
 
 ActionPlaces::ActionPlaces(std::string action, std::string what, std::size_t count)
     : action_(std::move(action)),

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <deque>
 #include <exception>
 #include <functional>
 #include <iterator>
@@ -23,10 +24,54 @@
 
 namespace TAKT_PUBLIC takt {
 
+namespace detail {
+
+/// The calls about one goal: one at a time, in the order in which they came, also in a reentrant
+/// group. What comes during another one is called after that, by the same thread.
+/// Thread safety: every method from any thread.
+/// Real-time: a lock with priority inheritance; what has to wait allocates.
+class GoalCalls {
+ public:
+  enum class Kind { feedback, result };
+
+  /// The first call begins; it is known to nobody else.
+  void begin() noexcept { is_busy_ = true; }
+  /// A call has ended, perhaps with an exception, which is thrown when those that wait were made.
+  void end(std::exception_ptr failure);
+  /// Calls `now`, or later what `kept` returns.
+  template <class Now, class Kept>
+  void call(Kind kind, Now&& now, Kept&& kept) {
+    if (waits(kind, kept)) return;
+    std::exception_ptr failure;
+    try {
+      now();
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    end(std::move(failure));
+  }
+
+ private:
+  // Limit: feedback about a goal that waits until another callback of the goal has returned. At it:
+  // the oldest is dropped, as in the queue before. Seen: nothing.
+  static constexpr int kMostFeedback = 10;
+  struct Waiting {
+    Kind kind;
+    std::function<void()> call;
+  };
+  bool waits(Kind kind, const std::function<std::function<void()>()>& kept);
+
+  PiMutex mutex_;  // guards what follows
+  bool is_busy_ = false;
+  std::deque<Waiting> waiting_;
+};
+
+}  // namespace detail
+
 /// A goal of one client that a server has accepted. `state` is the last one that the server
 /// reported.
 /// Thread safety: every method from any thread.
-/// Real-time: nothing blocks or allocates after construction.
+/// Real-time: nothing blocks or allocates after construction, but as GoalCalls.
 class ClientGoalHandle {
  public:
   ClientGoalHandle(const GoalId& id, builtin_interfaces::msg::Time stamp,
@@ -38,12 +83,14 @@ class ClientGoalHandle {
   void set_state(GoalState state) noexcept { state_.store(state); }
   /// What the client has that it is of.
   const std::weak_ptr<const void>& client() const noexcept { return client_; }
+  detail::GoalCalls& calls() noexcept { return calls_; }
 
  private:
   const GoalId id_;
   const builtin_interfaces::msg::Time stamp_;
   const std::weak_ptr<const void> client_;
   std::atomic<GoalState> state_{GoalState::accepted};
+  detail::GoalCalls calls_;
 };
 
 /// Limits what an action client waits for. The limit is checked when the user calls: an error in a
@@ -114,11 +161,13 @@ class ActionClient {
   using ResultCallback = std::function<void(const Handle&, const GoalResult<A>&)>;
   using CancelResult = CancelGoal::Response;
 
-  /// Any may be empty.
+  /// Any may be empty. They are called one at a time: that of the response, then those of feedback,
+  /// and that of the result.
   struct GoalCallbacks {
     std::function<void(const Handle&)> response;  // nullptr: not accepted, or not in time
     FeedbackCallback feedback;
     ResultCallback result;
+    ResultCallback result_came;  // at once, also during another one
   };
 
   ActionClient(Node& node, const std::string& name, const ActionClientOptions& options = {})
@@ -129,8 +178,8 @@ class ActionClient {
         feedback_(node.create_subscription<FeedbackMessage<A>>(
             name + kFeedback, QoS(10),
             [goals = goals_](const FeedbackMessage<A>& message) {
-              const auto [handle, callback] = goals->find(message.goal_id);
-              if (handle != nullptr && *callback) (*callback)(handle, message.feedback);
+              const auto found = goals->find(message.goal_id);
+              if (found.first != nullptr && *found.second) call(found, message.feedback);
             },
             options.group)),
         status_(node.create_subscription<action_msgs::msg::GoalStatusArray>(
@@ -199,9 +248,11 @@ class ActionClient {
         [goals = goals_, results = std::weak_ptr(result_), id, place = sent_.take(),
          callbacks = std::move(callbacks)](const typename SendGoal<A>::Response* answer) mutable {
           const Handle handle = answer != nullptr && answer->accepted
-                                    ? goals->add(id, answer->stamp, std::move(callbacks.feedback))
+                                    ? goals->add(id, answer->stamp, std::move(callbacks.feedback),
+                                                 /*is_answering=*/true)
                                     : nullptr;
-          const bool wants_result = handle != nullptr && callbacks.result;
+          const bool wants_result =
+              handle != nullptr && (callbacks.result || callbacks.result_came);
           if (!wants_result) place.reset();  // the callback may send the next goal
           std::exception_ptr failure;
           try {
@@ -211,14 +262,21 @@ class ActionClient {
           }
           // The callback may have dropped the action client.
           if (const auto client = wants_result ? results.lock() : nullptr) {
-            ask_result(*client, goals, handle, std::move(place), std::move(callbacks.result));
+            ask_result(*client, goals, handle, std::move(place), std::move(callbacks.result),
+                       std::move(callbacks.result_came));
           }
-          if (failure) std::rethrow_exception(failure);
+          if (handle != nullptr) {
+            handle->calls().end(std::move(failure));
+          } else if (failure) {
+            std::rethrow_exception(failure);
+          }
         });
   }
-  void async_get_result(Handle goal, ResultCallback callback) {
+  /// As those of GoalCallbacks.
+  void async_get_result(Handle goal, ResultCallback result, ResultCallback result_came = {}) {
     id_of(goal, name_, goals_);
-    ask_result(*result_, goals_, std::move(goal), asked_.take(), std::move(callback));
+    ask_result(*result_, goals_, std::move(goal), asked_.take(), std::move(result),
+               std::move(result_came));
   }
   void async_cancel_goal(const Handle& goal, std::function<void(const CancelResult&)> callback) {
     cancel(cancel_request(id_of(goal, name_, goals_)), std::move(callback));
@@ -238,8 +296,10 @@ class ActionClient {
   class Goals : public std::enable_shared_from_this<Goals> {
    public:
     std::string result_service;  // before the first goal
-    Handle add(const GoalId& id, builtin_interfaces::msg::Time stamp, FeedbackCallback feedback) {
+    Handle add(const GoalId& id, builtin_interfaces::msg::Time stamp, FeedbackCallback feedback,
+               bool is_answering = false) {
       auto handle = std::make_shared<ClientGoalHandle>(id, stamp, this->weak_from_this());
+      if (is_answering) handle->calls().begin();
       Entry added{id, handle,
                   std::make_shared<typename Feedback::element_type>(std::move(feedback))};
       std::vector<Entry> gone;
@@ -306,15 +366,24 @@ class ActionClient {
     std::vector<action_msgs::msg::GoalStatus> last_;  // of all goals of the server
   };
 
+  static void call(const std::pair<Handle, Feedback>& goal, const typename A::Feedback& feedback) {
+    goal.first->calls().call(
+        detail::GoalCalls::Kind::feedback, [&] { (*goal.second)(goal.first, feedback); },
+        [&] { return [goal, feedback] { (*goal.second)(goal.first, feedback); }; });
+  }
   static void ask_result(Client<GetResult<A>>& client, const std::shared_ptr<Goals>& goals,
-                         Handle goal, Place place, ResultCallback callback) {
+                         Handle goal, Place place, ResultCallback callback, ResultCallback came) {
     const GoalId id = goal->id();
     client.async_send_request({id}, [goals, goal = std::move(goal), place = std::move(place),
-                                     callback = std::move(callback)](
+                                     callback = std::move(callback), came = std::move(came)](
                                         const typename GetResult<A>::Response* answer) mutable {
       const GoalResult<A> result = goals->end(*goal, answer);
       place.reset();  // the callback may send the next goal
-      if (callback) callback(goal, result);
+      if (came) came(goal, result);
+      if (!callback) return;
+      goal->calls().call(
+          detail::GoalCalls::Kind::result, [&] { callback(goal, result); },
+          [&] { return [callback, goal, result] { callback(goal, result); }; });
     });
   }
 

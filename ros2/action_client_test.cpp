@@ -126,6 +126,46 @@ TEST_F(ActionClientTest, RefusesAGoalOfAnotherClient) {
   EXPECT_NE(goal_->state(), GoalState::unknown);
 }
 
+// In a reentrant group feedback was called during the callback of the response, and the result
+// during that of feedback.
+TEST_F(ActionClientTest, CallbacksOfAGoalAreCalledOneAtATimeInTheirOrder) {
+  const auto server = make_server();
+  const auto client = create_action_client<Drive>(
+      *node_, "drive",
+      {.group = node_->create_callback_group("reentrant", CallbackGroupType::Reentrant)});
+  // Of the entities, what has come is served, by another thread of the pool.
+  const auto serve_others = [&](const std::string& in) {
+    note(in + " begins");
+    std::thread([this] { run(); }).join();
+    note(in + " ends");
+  };
+  DriveClient::GoalCallbacks callbacks;
+  callbacks.response = [&](const auto&) {
+    while (serve_all() && held_.empty()) {
+    }
+    ASSERT_FALSE(held_.empty());
+    // The subscription has room for ten of them.
+    for (int i = 1; i <= 12; ++i) held_[0]->publish_feedback({i});
+    serve_others("response");
+  };
+  callbacks.feedback = [&](const auto&, const Drive::Feedback& feedback) {
+    if (feedback.driven != 3) return note(fmt::format("feedback {}", feedback.driven));
+    held_[0]->publish_feedback({13});
+    held_[0]->succeed({20});
+    serve_others("feedback 3");
+  };
+  callbacks.result = [&](const auto&, const GoalResult<Drive>& result) {
+    note(fmt::format("result {}", result.result.driven));
+  };
+  callbacks.result_came = [&](const auto&, const auto&) { note("came"); };
+  client->async_send_goal({}, callbacks);
+  run();
+  EXPECT_THAT(trace_, ElementsAre("response begins", "response ends", "feedback 3 begins", "came",
+                                  "feedback 3 ends", "feedback 4", "feedback 5", "feedback 6",
+                                  "feedback 7", "feedback 8", "feedback 9", "feedback 10",
+                                  "feedback 11", "feedback 12", "feedback 13", "result 20"));
+}
+
 // It went with the mutex held that every feedback message and status needs: a pool hung.
 TEST_F(ActionClientTest, AFeedbackFunctionGoesWithoutALock) {
   const auto server = make_server();

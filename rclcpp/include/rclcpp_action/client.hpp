@@ -58,7 +58,8 @@ class ClientGoalHandle {
     const std::lock_guard lock(mutex_);
     if (!is_told_) callback_.swap(callback);  // what it was goes after the lock
   }
-  /// nullptr: the client has gone, so nobody will know. Of several calls the first one counts.
+  /// It has come. nullptr: the client has gone, so nobody will know. Of several calls the first one
+  /// counts.
   void end(const takt::GoalResult<A>* ended) {
     {
       const std::lock_guard lock(mutex_);
@@ -70,17 +71,12 @@ class ClientGoalHandle {
     }
     promise_.set_value({get_goal_id(), static_cast<ResultCode>(ended->state),
                         std::make_shared<Result>(ended->result)});
-    tell(has_result_);
   }
-  /// The callback of the response has returned: that of the result, which may have come before, is
-  /// called afterwards.
-  void answered() { tell(is_answered_); }
-  void tell(bool& now_true) {
+  void tell() {
     ResultCallback callback;
     {
       const std::lock_guard lock(mutex_);
-      now_true = true;
-      if (!has_result_ || !is_answered_ || std::exchange(is_told_, true)) return;
+      if (std::exchange(is_told_, true)) return;
       callback.swap(callback_);
     }
     if (callback) callback(future_.get());
@@ -90,7 +86,7 @@ class ClientGoalHandle {
   std::atomic<bool> is_asked_{false};  // for its result
   std::mutex mutex_;                   // guards the next ones
   ResultCallback callback_;
-  bool has_ended_ = false, has_result_ = false, is_answered_ = false, is_told_ = false;
+  bool has_ended_ = false, is_told_ = false;
   std::promise<WrappedResult> promise_;
   const std::shared_future<WrappedResult> future_;
 };
@@ -147,9 +143,8 @@ class Client : public ClientBase {
 
   bool action_server_is_ready() const override { return takt_->action_server_is_ready(); }
 
-  /// nullptr: the goal was rejected. The result is asked for if there is a callback for it. For
-  /// each goal that of the response is called first, and has returned when that of the result is
-  /// called.
+  /// nullptr: the goal was rejected. The result is asked for if there is a callback for it. The
+  /// callbacks of a goal are called one at a time: of the response, of feedback, of the result.
   std::shared_future<typename GoalHandle::SharedPtr> async_send_goal(
       const Goal& goal, const SendGoalOptions& options = {}) {
     auto promise = std::make_shared<std::promise<typename GoalHandle::SharedPtr>>();
@@ -177,10 +172,8 @@ class Client : public ClientBase {
       } catch (...) {
         failure = std::current_exception();  // the goal goes on all the same
       }
-      if (handle != nullptr) {
-        if (waits != nullptr) handle->is_asked_.store(true);  // by what follows this callback
-        handle->answered();
-      }
+      // By what follows this callback.
+      if (handle != nullptr && waits != nullptr) handle->is_asked_.store(true);
       if (failure != nullptr) std::rethrow_exception(failure);
     };
     if (options.feedback_callback) {
@@ -192,7 +185,10 @@ class Client : public ClientBase {
         }
       };
     }
-    if (waits != nullptr) callbacks.result = result_callback(std::move(waits));
+    if (waits != nullptr) {
+      callbacks.result = tells(waits);
+      callbacks.result_came = ends(std::move(waits));
+    }
     takt_->async_send_goal(goal, std::move(callbacks));
     return future;
   }
@@ -203,7 +199,7 @@ class Client : public ClientBase {
     if (!handle->is_asked_.exchange(true)) {  // else the further callback replaces the one before
       auto waits = std::make_shared<Waits>();
       waits->handle = handle;
-      takt_->async_get_result(handle->takt_, result_callback(std::move(waits)));
+      takt_->async_get_result(handle->takt_, tells(waits), ends(waits));
     }
     return handle->future_;
   }
@@ -230,12 +226,15 @@ class Client : public ClientBase {
     typename GoalHandle::SharedPtr handle;
   };
 
-  static typename takt::ActionClient<A>::ResultCallback result_callback(
-      std::shared_ptr<Waits> waits) {
-    return [waits = std::move(waits)](const std::shared_ptr<takt::ClientGoalHandle>&,
-                                      const takt::GoalResult<A>& result) {
+  using TaktResultCallback = typename takt::ActionClient<A>::ResultCallback;
+  /// The future is ready at once: the callback of the response may wait for it.
+  static TaktResultCallback ends(std::shared_ptr<Waits> waits) {
+    return [waits = std::move(waits)](const auto&, const takt::GoalResult<A>& result) {
       waits->handle->end(&result);
     };
+  }
+  static TaktResultCallback tells(std::shared_ptr<Waits> waits) {
+    return [waits = std::move(waits)](const auto&, const auto&) { waits->handle->tell(); };
   }
   void check(const typename GoalHandle::SharedPtr& handle) const {
     if (handle == nullptr || !takt_->has_sent(*handle->takt_)) {
