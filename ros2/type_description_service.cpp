@@ -64,6 +64,27 @@ class Search {
   std::optional<TypeDescription> found_;
 };
 
+/// Whether ROS 2 has made the type for a service or an action.
+bool is_part(const std::string& name) {
+  const auto slash = name.rfind('/');
+  return (name.find("/srv/") != std::string::npos || name.find("/action/") != std::string::npos) &&
+         name.find('_', slash) != std::string::npos;
+}
+
+/// The type's, and those of all that it refers to, in the same order. A program has no file that
+/// one of them was made from: then ROS 2 calls it dynamic, or implicit, and it has no contents.
+auto sources_of(const TypeDescription& description) {
+  decltype(GetTypeDescription::Response::type_sources) sources;
+  const auto add = [&](const auto& type) {
+    const std::string& name = type.type_name.get();
+    sources.emplace_back().set__type_name(name).set__encoding(is_part(name) ? "implicit"
+                                                                            : "dynamic");
+  };
+  add(description.type_description);
+  for (const auto& type : description.referenced_type_descriptions) add(type);
+  return sources;
+}
+
 void answer(Participant& participant, const GetTypeDescription::Request& request,
             GetTypeDescription::Response& response) {
   response = {};
@@ -72,6 +93,7 @@ void answer(Participant& participant, const GetTypeDescription::Request& request
   if (auto found = std::move(search).found()) {
     response.successful = true;
     response.type_description = std::move(*found);
+    if (request.include_type_sources) response.type_sources = sources_of(response.type_description);
   } else {
     response.failure_reason =
         fmt::format("no topic, service or action here has the type '{}' with the hash '{}'",

@@ -13,8 +13,8 @@ namespace TAKT_PUBLIC takt {
 
 /// Serves `get_type_description` under the full name of a node: others ask it for a type that they
 /// have not compiled in, by the name and hash that the node's topics, services and actions
-/// announce. It knows the types of all that goes over the node's participant. It has no sources:
-/// programs contain none.
+/// announce. It knows the types of all that goes over the node's participant. Of sources it says
+/// the names, without contents: programs contain none.
 ///
 /// The service is an entity of the host, in its default callback group, as those of
 /// ParameterServices; in ROS 2's graph it is the node's. Both nodes have the same participant, and

@@ -5,6 +5,7 @@
 #include <deque>
 #include <fstream>
 #include <map>
+#include <regex>
 #include <string>
 
 #include <boost/locale/encoding_utf.hpp>
@@ -182,18 +183,42 @@ class AllTypes : public Outside {
   std::vector<Endpoint> ends_;
 };
 
+using type_description_interfaces::srv::GetTypeDescription;
+
+/// As rosidl makes them: a source for the type and for each that it refers to, in their order. What
+/// it makes for a service or an action, which is named after that, is implicit. Nothing has a file.
+void expect_sources(const GetTypeDescription::Response& answer) {
+  std::vector<std::string> names{answer.type_description.type_description.type_name.get()};
+  for (const auto& type : answer.type_description.referenced_type_descriptions) {
+    names.push_back(type.type_name.get());
+  }
+  ASSERT_EQ(answer.type_sources.size(), names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    SCOPED_TRACE(names[i]);
+    EXPECT_EQ(answer.type_sources[i].type_name, names[i]);
+    const bool is_implicit = std::regex_match(
+        names[i], std::regex("\\w+/(srv/\\w+_(Request|Response|Event)|action/\\w+_"
+                             "(Goal|Result|Feedback|FeedbackMessage|"
+                             "(SendGoal|GetResult)(_(Request|Response|Event))?))"));
+    EXPECT_EQ(answer.type_sources[i].encoding, is_implicit ? "implicit" : "dynamic");
+    EXPECT_EQ(answer.type_sources[i].raw_file_contents, "");
+  }
+}
+
 TEST(RosTypes, AreDescribedByTheService) {
-  using type_description_interfaces::srv::GetTypeDescription;
   const auto participant = std::make_shared<AllTypes>(shipped());
   const auto node = std::make_shared<Node>("node", NodeOptions{.participant = participant});
   const TypeDescriptionService service(*node, *node);
   const auto server = node->entities().back();
   const auto asker = std::make_shared<Node>("asker");
   const auto client = asker->create_client<GetTypeDescription>("/node/get_type_description");
-  const auto ask = [&](const std::string& name, const std::string& hash) {
+  const auto ask = [&](const std::string& name, const std::string& hash, bool with_sources) {
     GetTypeDescription::Response answer;
     client->async_send_request(
-        GetTypeDescription::Request().set__type_name(name).set__type_hash(hash),
+        GetTypeDescription::Request()
+            .set__type_name(name)
+            .set__type_hash(hash)
+            .set__include_type_sources(with_sources),
         [&](const GetTypeDescription::Response* response) { answer = *response; });
     EXPECT_TRUE(serve(*server));
     EXPECT_TRUE(serve(*client));
@@ -202,7 +227,7 @@ TEST(RosTypes, AreDescribedByTheService) {
   const json theirs = json::parse(std::ifstream(TAKT_ROS_TYPES_FILE));
   for (const auto& [name, known] : theirs.items()) {
     SCOPED_TRACE(name);
-    const auto answer = ask(name, known.at("hash"));
+    const auto answer = ask(name, known.at("hash"), true);
     EXPECT_EQ(answer.failure_reason, "");
     ASSERT_TRUE(answer.successful);
     EXPECT_EQ(answer.type_description.type_description.type_name.get(), name);
@@ -211,8 +236,10 @@ TEST(RosTypes, AreDescribedByTheService) {
     for (const auto& [part, sample] : known.at("samples").items()) {
       EXPECT_NE(types.find(part_of(name, part)), nullptr) << part;
     }
+    expect_sources(answer);
+    EXPECT_TRUE(ask(name, known.at("hash"), false).type_sources.empty());
   }
-  const auto answer = ask("std_msgs/msg/String", "RIHS01_0");
+  const auto answer = ask("std_msgs/msg/String", "RIHS01_0", true);
   EXPECT_FALSE(answer.successful);
   EXPECT_EQ(answer.failure_reason,
             "no topic, service or action here has the type 'std_msgs/msg/String' with the hash "
