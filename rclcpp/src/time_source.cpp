@@ -35,13 +35,15 @@ class TimeSource::Link {
     look();
   }
   void leave() noexcept {
-    takt::PostSetParametersHandle switched;  // goes without the lock, as it waits for a call
+    // Both go without the lock, as they wait for calls.
+    takt::PostSetParametersHandle switched;
+    node_interfaces::NodeBaseInterface::SharedPtr base;
     const std::lock_guard lock(mutex_);
     switched.swap(switched_);
     if (base_ == nullptr) return;
     for (const ClockPtr& clock : clocks_) release(clock);
     simulates_ = false;
-    base_.reset();
+    base.swap(base_);
   }
   void add(ClockPtr clock) {
     const std::lock_guard lock(mutex_);
