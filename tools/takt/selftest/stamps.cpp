@@ -137,7 +137,13 @@ void Stamps::sample_thread() noexcept {
 }
 
 Stamps::~Stamps() {
-  if (file_.empty()) return;
+  try {
+    if (!file_.empty()) write_books();
+  } catch (const std::exception&) {  // the command says that there are no books
+  }
+}
+
+void Stamps::write_books() const {
   const auto topic_json = [](const Topic& topic) {
     json received = json::array();
     for (const Received& one : topic.received) {
@@ -153,10 +159,7 @@ Stamps::~Stamps() {
                    {"cpu_s", static_cast<double>(last_.cpu_ns - first_.cpu_ns) / 1e9},
                    {"wakeups", last_.wakeups - first_.wakeups},
                    {"pss_kb", pss_kb_}};
-  try {
-    write_output(file_, std::string(kTaktsJson) + rt::json_text(books));
-  } catch (const std::exception&) {  // the command says that there are no books
-  }
+  write_output(file_, std::string(kTaktsJson) + rt::json_text(books));
 }
 
 }  // namespace takt::tools

@@ -41,6 +41,7 @@ class Stamps : public Node {
   ~Stamps();
 
  private:
+  void write_books() const;
   /// What the callback of a message has seen.
   struct Received {
     std::uint64_t number;
