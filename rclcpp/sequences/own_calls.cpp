@@ -135,7 +135,9 @@ const char* change_a_wait_set(const Context::SharedPtr& context, const NextByte&
   const auto group = node->create_callback_group(CallbackGroupType::Reentrant, false);
   const auto kept = std::make_shared<GuardCondition>(context);
   ThreadSafeWaitSet set({}, {kept}, {}, {}, {}, {}, context);
-  auto waits = std::async(std::launch::async, [&] { return set.wait(kPatience).kind(); });
+  // Longer than anybody waits for it: at its end a wait finds what is ready by looking.
+  auto waits = std::async(std::launch::async, [&] { return set.wait(1h).kind(); });
+  if (next() % 2 == 0) waits.wait_for(2ms);  // then it mostly sleeps
   std::vector<std::shared_ptr<GuardCondition>> guards;
   for (int changes = next() % 5; changes > 0; --changes) {
     if (next() % 2 == 0 || guards.empty()) {
@@ -166,8 +168,11 @@ const char* change_a_wait_set(const Context::SharedPtr& context, const NextByte&
           1us, [] {}, group);
       set.add_timer(timer);
   }
-  return waits.get() == WaitResultKind::Ready ? nullptr
-                                              : "a wait set slept on when something was ready";
+  if (waits.wait_for(kPatience) == std::future_status::ready) {
+    return waits.get() == WaitResultKind::Ready ? nullptr : "a wait set has nothing, or ended";
+  }
+  context->shutdown("");
+  return "a wait set slept on when something was ready";
 }
 
 const char* switch_a_clock(const Context::SharedPtr& context, const NextByte& next) {
