@@ -5,6 +5,7 @@ SPDX-License-Identifier: Apache-2.0
 """
 import argparse
 import graphlib
+import operator
 import os
 import pathlib
 import re
@@ -40,6 +41,9 @@ class Package:
         self.type = (root.findtext("export/build_type") or "ament_cmake").strip()
         self.needs = [element.text.strip() for element in root
                       if element.tag in NEEDED_TO_BUILD and element.text]
+
+
+COMPARISONS = {"==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 
 
 class Condition:
@@ -79,12 +83,10 @@ class Condition:
             if not self.take(0, ")"):
                 raise ValueError("a ')' is missing")
             return value
-        left, how, right = self.value(), self.words.pop(0)[0] if self.words else None, self.value()
-        compared = {"==": left == right, "!=": left != right, "<": left < right, "<=": left <= right,
-                    ">": left > right, ">=": left >= right}
-        if how not in compared:
-            raise ValueError("a comparison is missing: ==, !=, <, <=, > or >=")
-        return compared[how]
+        left, how = self.value(), self.words.pop(0)[0] if self.words else None
+        if how not in COMPARISONS:
+            raise ValueError(f"a comparison is missing: {', '.join(COMPARISONS)}")
+        return COMPARISONS[how](left, self.value())
 
     def take(self, kind, word):
         found = bool(self.words) and self.words[0][kind] == word
@@ -212,7 +214,10 @@ def build(package, options):
 def main():
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # a shell sees what has ended it
     if sys.argv[1:2] == ["--applying"]:  # for ament_package_xml()
-        print(xml.tostring(applying(pathlib.Path(sys.argv[2])), encoding="unicode"))
+        try:
+            print(xml.tostring(applying(pathlib.Path(sys.argv[2])), encoding="unicode"))
+        except Wrong as error:
+            sys.exit(f"error: {error}")
         return 0
     parser = argparse.ArgumentParser(
         prog="takt ros2 build", description="Builds packages written for ROS 2, in the order of their package.xml.")

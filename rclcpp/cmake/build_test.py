@@ -165,8 +165,49 @@ def test_folders(work):
     check("a package that does not build is named", status == 1 and "one: CMake has failed" in errors, errors)
 
 
+# They were not read: packages for ROS 1 and 2 asked for what is of the other.
+def test_conditions(work):
+    script = pathlib.Path(prefix, "share/takt_ros2/cmake/build.py")
+    file = work / "package.xml"
+
+    def kept(*conditions, **more):
+        elements = "".join(f"<depend condition=\"{condition}\">p{i}</depend>" for i, condition in enumerate(conditions))
+        file.write_text(f"<package><name>one</name>{elements}<export><build_type condition=\"$ROS_VERSION == 1\">catkin"
+                        "</build_type></export></package>")
+        status, output, errors = run(sys.executable, "-I", script, "--applying", file, **more)
+        return [f"p{i}" in output for i in range(len(conditions))] if status == 0 and "catkin" not in output else errors
+
+    truths = {"$ROS_VERSION == 2": True, "$ROS_VERSION == 1": False, "$ROS_DISTRO != 'humble'": True, "jazzy == $ROS_DISTRO": True,
+              "$ROS_VERSION &gt;= 2 and $ROS_VERSION &lt; 3": True, "$NONE == ''": True, "$NONE == 1 or $ROS_VERSION == 2": True,
+              "($ROS_VERSION == 1 or $ROS_VERSION == 2) and $ROS_DISTRO == 'iron'": False}
+    check("conditions of package.xml", kept(*truths) == list(truths.values()), kept(*truths))
+    check("ROS_DISTRO of the environment counts", kept("$ROS_DISTRO == iron", ROS_DISTRO="iron") == [True])
+    for condition, message in (("$ROS_VERSION", "a comparison is missing"), ("($ROS_VERSION == 2", "a ')' is missing"),
+                               ("$ROS_VERSION == ", "a word or a variable is missing"), ("1 == 1 2", "ends before its last word"),
+                               ("% == 1", "'% == 1' is no part of a condition")):
+        errors = kept(condition)
+        check(f"a condition that is none: {condition}", isinstance(errors, str) and errors.startswith(f"error: {file}: ")
+              and message in errors, errors)
+
+
+# CMake stopped at the first one, and after each install at the next.
+def test_what_is_missing(work):
+    for name, needs in (("one", ("std_msgs", "tf2_ros", "rosbag2_cpp", "a_driver")), ("other", ("one", "a_driver", "urdf"))):
+        (work / "missing" / name).mkdir(parents=True)
+        (work / "missing" / name / "package.xml").write_text(
+            f"<package><name>{name}</name>{''.join(f'<depend>{need}</depend>' for need in needs)}</package>")
+    status, output, errors = run(takt, "ros2", "build", "--list", work / "missing")
+    check("what is missing is listed before anything is built", status == 0 and output == "[1/2] one\n[2/2] other\n", output, errors)
+    for message in ("note: one asks for tf2_ros, whose source is to be built before: https://github.com/",
+                    "note: one asks for rosbag2_cpp, which Takt's layer for rclcpp can never have\n",
+                    "note: other asks for urdf, which cannot be built upon Takt's layer for rclcpp",
+                    "https://index.ros.org/p/NAME: a_driver (for one, other)\n"):
+        check(f"'{message.strip()}'", message in errors, errors)
+    check("and nothing else", len(errors.splitlines()) == 4, errors)
+
+
 with tempfile.TemporaryDirectory() as folder:
     for test in (test_packages, test_refusals, test_vendors, test_packages_of_the_layer, test_python,
-                 test_shared_libraries, test_real_ros2, test_folders):
+                 test_shared_libraries, test_real_ros2, test_folders, test_conditions, test_what_is_missing):
         test(pathlib.Path(folder).resolve())
 finish()

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cctype>
-#include <csignal>
 #include <ctime>
 #include <span>
 #include <thread>
@@ -15,7 +14,6 @@
 
 #include "takt/base/available_cpus.hpp"
 #include "takt/base/output_file.hpp"
-#include "takt/base/signal_echo.hpp"
 #include "takt/base/time.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/measuring/cyclic.hpp"
@@ -32,6 +30,7 @@
 #include "outputs.hpp"
 #include "prompt/values.hpp"
 #include "report.hpp"
+#include "run/end_signals.hpp"
 #include "run/live_line.hpp"
 #include "run/result_json.hpp"
 
@@ -62,15 +61,6 @@ struct Options {
 };
 
 std::atomic<bool> stop{false};  // by a signal, or a latency above -b
-std::atomic<int> came{0};       // the first signal
-detail::SignalEcho echo;
-
-// The first one ends the measurement, the second one the process.
-void on_signal(int number) {
-  if (echo.is_echo(number)) return;
-  if (came.exchange(number) != 0) return detail::end_by_signal(number);
-  stop.store(true);
-}
 
 /// Our names, and cyclictest's: "fifo".
 ThreadPolicy policy_of(std::string name) {
@@ -253,6 +243,7 @@ void latency(const Options& options) {
     cycles = std::max<std::int64_t>(time_of(options.duration) / cyclic.interval, 1);
   }
   begin_work();
+  const EndSignals signals(EndSignals::Command::runs, [] { stop.store(true); });
   Outcome outcome{.threads = options.threads, .load = options.load};
   // Before the measurement, which may take hours.
   const auto note = [&](const std::string& refused) {
@@ -272,8 +263,8 @@ void latency(const Options& options) {
   if (has_text && !options.leaves_dma_latency && dma_latency.refused().empty()) {
     rt::print("# /dev/cpu_dma_latency set to {}us\n", options.dma_latency_us);
   }
-  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, on_signal);
   measure(rows, cycles, options, outcome);
+  const int came = signals.take();
   if (cycles != 0 && came != 0) outcome.return_code = 128 + came;
   if (has_text) {
     const bool has_histogram = options.bins() != 0 && options.histogram_file.empty();

@@ -187,10 +187,11 @@ std::vector<std::string> words_of(const Options& options) {
 
 /// This process is a part of a system, and its parent controls it.
 void serve_parent(const Options& options) {
-  EndGuard guard(options.connection);  // also while the file and its libraries are read
-  guard.begins();
+  EndSignals signals(options.connection);
+  EndGuard guard(signals);  // also while the file and its libraries are read
   for (const SystemDescription& process : processes(options)) {
     if (process.name != options.process) continue;
+    give_attributes(signals, process);
     const int status = serve(process, overrides(options), options.connection, guard);
     if (status != 0) throw CLI::RuntimeError(status);
     return;

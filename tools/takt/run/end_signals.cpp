@@ -7,8 +7,11 @@
 #include <cerrno>
 #include <climits>
 #include <csignal>
+#include <mutex>
 #include <semaphore>
 #include <string>
+#include <thread>
+#include <utility>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -77,21 +80,29 @@ std::string name_of_signal(int signal) {
 }
 
 struct EndSignals::Watch {
-  explicit Watch(Command of) : command(of) {
+  enum class Phase { none, start, end };  // of a run
+
+  Watch(Command of, int its_parent, std::function<void()> function)
+      : command(of), parent(its_parent), on_signal(std::move(function)) {
+    stop_events = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    if (stop_events < 0 || pipe2(handed_on.data(), O_CLOEXEC | O_NONBLOCK) != 0) fail();
+    if (parent >= 0) return;  // it gets the signals
     sigset_t signals = end_signals();
     sigaddset(&signals, SIGUSR1);
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
     received = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
-    stop = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    if (received < 0 || stop < 0 || pipe2(handed_on.data(), O_CLOEXEC | O_NONBLOCK) != 0) {
-      throw Error("cannot create a signalfd: " + errno_message(errno));
-    }
+    if (received < 0) fail();
   }
   ~Watch() {
-    for (const int fd : {received, stop, handed_on[0], handed_on[1]}) close(fd);
+    for (const int fd : {received, stop_events, handed_on[0], handed_on[1]}) {
+      if (fd >= 0) close(fd);
+    }
   }
   Watch(const Watch&) = delete;
   Watch& operator=(const Watch&) = delete;
+  [[noreturn]] static void fail() {
+    throw Error("cannot wait for signals: " + errno_message(errno));
+  }
 
   void begin(const std::shared_ptr<Watch>& own) {
     thread = std::thread([own] {
@@ -100,68 +111,154 @@ struct EndSignals::Watch {
       }
     });
   }
-
+  void wake() const { eventfd_write(stop_events, 1); }
+  /// Does it on the thread.
+  void order(std::function<void()> function) {
+    {
+      const std::lock_guard lock(mutex);
+      ordered = std::move(function);
+    }
+    wake();
+    is_done.acquire();
+  }
   /// Stops the thread, unless a signal has set a limit to the rest of this process, too.
   void leave() {
-    eventfd_write(stop, 1);
-    is_stopped.acquire();
+    order([this] { is_stopped = true; });
     stays ? thread.detach() : thread.join();
   }
 
+  // ---- The thread ----
+
   /// False: it is to stop.
   bool look() {
-    const TimePoint now = Clock::steady().now();
-    if (now >= limit) {
-      const bool is_taken = untaken.load() == 0;
-      if (command == Command::looks || count > 1 || !is_taken) {
-        say(fmt::format("takt: {} did not end this in time; ending without destructors\n",
-                        name_of_signal(last)));
-        end_by(last);
-      }
-      limit = kNever;  // its own bounds count
+    TimePoint next = kNever;
+    int parent_fd = -1;
+    {
+      const std::lock_guard lock(mutex);
+      next = std::min(limit, bound_constructor());
+      if (Clock::steady().now() >= next) next = time_is_over();
+      // It has died when it neither sends nor receives any more.
+      if (phase != Phase::none && !has_lost_parent) parent_fd = parent;
     }
-    const Nanoseconds left = limit - now;
+    const Nanoseconds left = std::max(next - Clock::steady().now(), Nanoseconds::zero());
     const timespec time{left / std::chrono::seconds(1), (left % std::chrono::seconds(1)).count()};
-    std::array<pollfd, 2> events{{{received, POLLIN, 0}, {stop, POLLIN, 0}}};
-    ppoll(events.data(), events.size(), limit == kNever ? nullptr : &time, nullptr);
-    for (signalfd_siginfo signal{}; read(received, &signal, sizeof signal) > 0;) {
-      take(static_cast<int>(signal.ssi_signo));
+    std::array<pollfd, 3> events{
+        {{received, POLLIN, 0}, {stop_events, POLLIN, 0}, {parent_fd, 0, 0}}};
+    ppoll(events.data(), events.size(), next == kNever ? nullptr : &time, nullptr);
+    eventfd_t ignored = 0;
+    eventfd_read(stop_events, &ignored);
+    const std::lock_guard lock(mutex);
+    if ((events[2].revents & POLLHUP) != 0) lose_parent();
+    for (signalfd_siginfo each{}; received >= 0 && read(received, &each, sizeof each) > 0;) {
+      take(static_cast<int>(each.ssi_signo));
     }
-    if (eventfd_t asked = 0; eventfd_read(stop, &asked) == 0) {
+    if (const auto function = std::exchange(ordered, nullptr)) {
+      function();
       stays = count > (command == Command::looks ? 0 : 1);
-      is_stopped.release();
-      return stays;
+      is_done.release();
     }
-    return true;
+    return !is_stopped || stays;
   }
 
-  void take(int signal) {
-    if (echo.is_echo(signal)) return;
-    if (signal != SIGUSR1) {
-      last = signal;
+  // All below with the lock held.
+
+  void take(int came) {
+    if (echo.is_echo(came) || (phase == Phase::end && came == SIGUSR1)) return;
+    if (came != SIGUSR1) {
+      last = came;
       ++count;
-      const bool is_hurried = command == Command::looks || count > 1;
-      const TimePoint now = Clock::steady().now();
-      limit =
-          count > 2 ? now : std::min(limit, later(now, is_hurried ? kHurriedEndLimit : kEndLimit));
+      const bool is_hurried = command == Command::looks || phase != Phase::none || count > 1;
+      bound(is_hurried ? kHurriedEndLimit : kEndLimit);
+      if (count > 2) bound(std::chrono::seconds(0));
     }
-    ++untaken;
-    [[maybe_unused]] const ssize_t written = ::write(handed_on[1], &signal, sizeof signal);
+    if (phase == Phase::none) {
+      ++untaken;
+      [[maybe_unused]] const ssize_t written = ::write(handed_on[1], &came, sizeof came);
+      if (on_signal) on_signal();
+    } else if (phase == Phase::start && signal != 0) {
+      end_now();  // it is the second
+    } else {
+      if (phase == Phase::start) {
+        bound(kHurriedEndLimit);
+        say_what_is_waited_for(name_of_signal(came), kHurriedEndLimit);
+      }
+      signal = came;
+    }
+  }
+  void lose_parent() {
+    has_lost_parent = true;
+    bound(kHurriedEndLimit);
+    say_what_is_waited_for("the process that controls this one has died", kHurriedEndLimit);
+  }
+  void bound(std::chrono::seconds most) {
+    limit = std::min(limit, later(Clock::steady().now(), most));
+  }
+  /// A run that ends waits for a constructor that runs.
+  TimePoint bound_constructor() {
+    if (phase != Phase::end || component.empty()) {
+      constructor_limit = kNever;
+    } else if (constructor_limit == kNever) {
+      const auto most = signal != 0 ? kHurriedEndLimit : kEndLimit;
+      constructor_limit = later(Clock::steady().now(), most);
+      say_what_is_waited_for(signal != 0 ? name_of_signal(signal) : "the run is over", most);
+    }
+    return constructor_limit;
+  }
+  /// Does not return, or returns the next limit.
+  TimePoint time_is_over() {
+    const bool is_taken = untaken.load() == 0;
+    if (phase == Phase::none && command == Command::runs && count < 2 && is_taken) {
+      return limit = kNever;  // the end of a run has a bound of its own
+    }
+    end_now();
+  }
+  void enter(Phase next) {
+    phase = next;
+    // A second signal stays in force until the process has ended.
+    if (phase == Phase::none && count < 2) limit = kNever;
+    if (phase == Phase::end) bound(kEndLimit);
+  }
+  std::string unfinished() const {
+    if (!component.empty()) return fmt::format("the constructor of component '{}'", component);
+    return phase == Phase::start ? "the set-up of the run" : "a callback or a destructor";
+  }
+  void say_what_is_waited_for(const std::string& why, std::chrono::seconds most) const {
+    say(fmt::format("takt: {}; waiting for {}, {} s at most\n", why, unfinished(), most.count()));
+  }
+  [[noreturn]] void end_now() const {
+    say(phase == Phase::none
+            ? fmt::format("takt: {} did not end this in time; ending without destructors\n",
+                          name_of_signal(last))
+            : fmt::format("takt: {} did not return; ending the process without destructors\n",
+                          unfinished()));
+    end_by(phase == Phase::none ? last : signal);
   }
 
   const Command command;
-  int received = -1, stop = -1;
+  const int parent;
+  const std::function<void()> on_signal;
+  int received = -1, stop_events = -1;
   std::array<int, 2> handed_on{-1, -1};
   std::atomic<int> untaken{0};
-  std::binary_semaphore is_stopped{0};
-  bool stays = false;
-  // The thread's.
-  TimePoint limit = kNever;
-  int count = 0, last = 0;
+  std::binary_semaphore is_done{0};
   std::thread thread;
+  mutable std::mutex mutex;  // guards all below
+  std::function<void()> ordered;
+  bool is_stopped = false, stays = false, has_lost_parent = false;
+  Phase phase = Phase::none;
+  TimePoint limit = kNever, constructor_limit = kNever;
+  std::string component;  // whose constructor runs
+  int count = 0, last = 0;
+  int signal = 0;  // that came while the run started or ended, or has ended it
 };
 
-EndSignals::EndSignals(Command command) : watch_(std::make_shared<Watch>(command)) {
+EndSignals::EndSignals(Command command, std::function<void()> on_signal)
+    : watch_(std::make_shared<Watch>(command, -1, std::move(on_signal))) {
+  watch_->begin(watch_);
+}
+
+EndSignals::EndSignals(int parent)
+    : watch_(std::make_shared<Watch>(Command::runs, parent, nullptr)) {
   watch_->begin(watch_);
 }
 
@@ -180,10 +277,14 @@ int EndSignals::take() const {
   return signal;
 }
 
+void EndSignals::run_in_thread(std::function<void()> function) const {
+  watch_->order(std::move(function));
+}
+
 void EndSignals::end() {
   if (!watch_->thread.joinable()) return;
   watch_->leave();
-  let_through();
+  if (watch_->parent < 0) let_through();
 }
 
 void EndSignals::let_through() {
@@ -198,142 +299,41 @@ void EndSignals::set_last_act(void (*act)()) noexcept {
   last_act.store(act);
 }
 
-EndGuard::EndGuard(const EndSignals& signals) : EndGuard(&signals, -1) {
-}
-
-EndGuard::EndGuard(int parent) : EndGuard(nullptr, parent) {
-}
-
-EndGuard::EndGuard(const EndSignals* signals, int parent)
-    : signals_(signals), parent_(parent), woken_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
-  if (woken_ < 0) throw Error("cannot create an eventfd: " + errno_message(errno));
+EndGuard::EndGuard(EndSignals& signals) : watch_(*signals.watch_) {
+  const std::lock_guard lock(watch_.mutex);
+  watch_.enter(EndSignals::Watch::Phase::start);
+  watch_.wake();
 }
 
 EndGuard::~EndGuard() {
-  stop();
-  close(woken_);
+  const std::lock_guard lock(watch_.mutex);
+  watch_.enter(EndSignals::Watch::Phase::none);
+  watch_.wake();
 }
 
 void EndGuard::making(std::string_view component) {
-  {
-    const std::lock_guard lock(mutex_);
-    component_ = component;
-  }
-  wake();
-}
-
-void EndGuard::wake() const {
-  eventfd_write(woken_, 1);
-}
-
-void EndGuard::begins() {
-  start(Phase::start);
+  const std::lock_guard lock(watch_.mutex);
+  watch_.component = component;
+  if (watch_.phase == EndSignals::Watch::Phase::end) watch_.wake();
 }
 
 int EndGuard::signal() const {
-  const std::lock_guard lock(mutex_);
-  return signal_;
+  const std::lock_guard lock(watch_.mutex);
+  return watch_.signal;
 }
 
 int EndGuard::has_begun() {
-  stop();
-  return signal();
+  const std::lock_guard lock(watch_.mutex);
+  watch_.enter(EndSignals::Watch::Phase::none);
+  watch_.wake();
+  return watch_.signal;
 }
 
 void EndGuard::ends(int signal) {
-  {
-    const std::lock_guard lock(mutex_);
-    signal_ = signal;
-    end_limit_ = std::min(end_limit_, later(Clock::steady().now(), kEndLimit));
-  }
-  start(Phase::end);
-}
-
-void EndGuard::start(Phase phase) {
-  {
-    const std::lock_guard lock(mutex_);
-    phase_ = phase;
-  }
-  wake();
-  if (!thread_.joinable()) thread_ = std::thread([this] { watch(); });
-}
-
-void EndGuard::stop() {
-  if (!thread_.joinable()) return;
-  {
-    const std::lock_guard lock(mutex_);
-    phase_ = Phase::none;
-  }
-  wake();
-  thread_.join();
-}
-
-void EndGuard::watch() {
-  TimePoint hurried_limit = kNever;
-  for (;;) {
-    TimePoint limit = kNever;
-    const TimePoint now = Clock::steady().now();
-    {
-      const std::lock_guard lock(mutex_);
-      if (phase_ == Phase::none) return;
-      const bool hurries = signal_ != 0 || has_lost_parent_;
-      // The run ends without a signal: wait only for constructors.
-      if (!has_lost_parent_ && (phase_ == Phase::start ? !hurries : component_.empty())) {
-        hurried_limit = kNever;
-      } else if (hurried_limit == kNever) {
-        const std::chrono::seconds most = hurries ? kHurriedEndLimit : kEndLimit;
-        hurried_limit = later(now, most);
-        say(fmt::format("takt: {}; waiting for {}, {} s at most\n",
-                        has_lost_parent_ ? "the process that controls this one has died"
-                        : signal_ != 0   ? name_of_signal(signal_)
-                                         : "the run is over",
-                        unfinished(), most.count()));
-      }
-      limit = std::min(end_limit_, hurried_limit);
-      if (now >= limit) end_now();
-    }
-    wait(limit - now);
-  }
-}
-
-// Until there is something new, at most this long.
-void EndGuard::wait(Nanoseconds most) {
-  int signals_fd = -1, parent_fd = -1;
-  {
-    const std::lock_guard lock(mutex_);
-    if (signals_ != nullptr) signals_fd = signals_->fd();
-    if (!has_lost_parent_) parent_fd = parent_;
-  }
-  // The parent has died when it neither sends nor receives any more.
-  std::array<pollfd, 3> events{{{woken_, POLLIN, 0}, {signals_fd, POLLIN, 0}, {parent_fd, 0, 0}}};
-  const timespec time{most / std::chrono::seconds(1), (most % std::chrono::seconds(1)).count()};
-  ppoll(events.data(), events.size(), &time, nullptr);
-  eventfd_t ignored = 0;
-  eventfd_read(woken_, &ignored);
-  const std::lock_guard lock(mutex_);
-  if ((events[2].revents & POLLHUP) != 0) has_lost_parent_ = true;
-  const int signal = events[1].revents != 0 ? signals_->take() : 0;
-  if (signal == 0 || (phase_ == Phase::end && signal == SIGUSR1)) return;
-  if (phase_ == Phase::end) {
-    end_limit_ = std::min(end_limit_, later(Clock::steady().now(), kHurriedEndLimit));
-    signal_ = signal;
-  } else if (signal_ != 0) {
-    end_now();  // it is the second
-  } else {
-    signal_ = signal;
-  }
-}
-
-// With the lock held.
-std::string EndGuard::unfinished() const {
-  if (!component_.empty()) return fmt::format("the constructor of component '{}'", component_);
-  return phase_ == Phase::start ? "the set-up of the run" : "a callback or a destructor";
-}
-
-void EndGuard::end_now() const {
-  say(fmt::format("takt: {} did not return; ending the process without destructors\n",
-                  unfinished()));
-  end_by(signal_);
+  const std::lock_guard lock(watch_.mutex);
+  watch_.signal = signal;
+  watch_.enter(EndSignals::Watch::Phase::end);
+  watch_.wake();
 }
 
 }  // namespace takt::tools

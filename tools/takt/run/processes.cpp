@@ -59,13 +59,12 @@ int wait_for_end(Nanoseconds duration, const EndSignals& signals, Container& con
 }
 
 json run_here(SystemDescription system, ContainerOverrides overrides, Nanoseconds duration,
-              const EndSignals& signals, bool loads) {
+              EndSignals& signals, bool loads) {
   std::vector<ComponentDescription> later;
   if (loads) later.swap(system.components);
   EndGuard guard(signals);
   overrides.on_making = [&guard](std::string_view component) { guard.making(component); };
   overrides.end = [] { kill(getpid(), SIGUSR1); };
-  guard.begins();
   Container container(system, overrides);
   begin_work();  // what the file says could be made
   if (const int signal = guard.signal(); signal == 0 || signal == SIGUSR1)
@@ -192,9 +191,20 @@ json run_apart(const std::vector<SystemDescription>& processes, const RunOptions
 
 }  // namespace
 
+void give_attributes(const EndSignals& signals, const SystemDescription& system) {
+  for (const ThreadDescription& thread : system.threads) {
+    if (thread.attributes.name != "signals") continue;
+    ThreadState state;
+    signals.run_in_thread(
+        [&] { state = apply(thread.attributes, std::min(system.realtime, Realtime::prefer)); });
+    if (!state.refused.empty()) rt::to_stderr("note: {}\n", state.refused);
+  }
+}
+
 json run_processes(const std::vector<SystemDescription>& processes, const RunOptions& options) {
   const auto roudi = start_roudi(processes, options.overrides);  // ends after its clients
-  const EndSignals signals;
+  EndSignals signals;
+  give_attributes(signals, processes.front());
   // With RouDi in a separate process, which unregisters from RouDi before RouDi ends.
   const bool is_apart =
       processes.size() > 1 || options.apart || (roudi != nullptr && !options.loads);

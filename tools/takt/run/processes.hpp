@@ -10,6 +10,8 @@
 
 #include "takt/containers/container.hpp"
 
+#include "run/end_signals.hpp"
+
 namespace takt::tools {
 
 /// How a system is run.
@@ -24,6 +26,9 @@ struct RunOptions {
   /// --process NAME --connection DESCRIPTOR.
   std::vector<std::string> words;
 };
+
+/// The thread `signals` gets those of the file, if it has some.
+void give_attributes(const EndSignals& signals, const SystemDescription& system);
 
 /// Runs the processes of a system in common phases: all construct their components, discover each
 /// other and start before the first timer is released; at the end, all timers stop and messages in

@@ -8,6 +8,7 @@ usage: matrix_test.py TAKT WITNESS_LIBRARY
 # SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -78,11 +79,42 @@ class Begun:
             os.close(end)
 
 
+# Every command is in one of these three lists.
 LOOKS = [("top", "--json"), ("topic", "echo", "/flood"), ("topic", "echo", "/flood", "--raw"), ("topic", "hz", "/flood"),
          ("topic", "bw", "/flood"), ("topic", "list"), ("node", "list"), ("service", "list"), ("graph",), ("param", "list"),
          ("component", "list"), ("lifecycle", "list"), ("action", "list"), ("param", "get", "/w", "use_sim_time"),
-         ("component", "load", "robot", "takt::Workload"),
+         ("component", "load", "robot", "takt::Workload"), ("topic", "pub", "/none", "std_msgs/msg/String", "-w", "1"),
          ("service", "call", "/w/get_parameters", "rcl_interfaces/srv/GetParameters", "{names: [x]}")]
+RUNS = [("run", TWO), ("bag", "record", "/flood", "-o", work / "flood.mcap"), ("latency", "-q", "-D", "1h"),
+        ("action", "send_goal", "/none", "example_interfaces/action/Fibonacci", "--timeout", "1h"), ("compare", ONE, "--executors", "events", "--duration", "1h")]
+# They leave signals to the kernel, and wait for nobody but the reader of their output.
+LOCAL = [("analyze", ROBOT), ("bag", "info", "none"), ("check", ROBOT), ("component", "types"), ("doctor",), ("help",),
+         ("interface", "show", "std_msgs/msg/String"), ("list",), ("model", "none", "-o", work / "model"), ("new", work / "project"),
+         ("plan", ROBOT), ("random", "1"), ("reference", "config"), ("ros2", "prefix"), ("rta", "edf")]
+# A command that waits in the same function as one above.
+AS = {"action type": "action list", "action info": "action list", "bag play": "bag record", "bench": "compare", "callback set": "param get",
+      "component unload": "component load", "lifecycle nodes": "lifecycle list", "lifecycle get": "param get",
+      "lifecycle set": "param get", "node info": "node list", "param set": "param get", "param delete": "param get",
+      "param describe": "param get", "param dump": "param get", "param load": "param get", "ros2 build": "ros2 prefix",
+      "ros2 run": "ros2 prefix", "selftest": "compare", "service type": "service list", "service info": "service list",
+      "service find": "service list", "topic info": "topic list", "topic type": "topic list", "topic find": "topic list",
+      "topic delay": "topic hz"} | {f"rta {name}": "rta edf" for name in (
+          "blass_bw", "blass_rr", "casini_event_source", "casini_polling", "casini_timer", "cil_edf_arbitrary", "cil_edf_constrained", "dbf",
+          "fifo", "fp", "gel", "np_dbf", "np_edf", "np_fp", "picas", "sbf", "wc")}
+
+
+def commands(*words):
+    """Those of the command itself: "bag record"."""
+    text = subprocess.run([takt, *words, "--help"], env=environment, capture_output=True, text=True, check=False).stdout
+    names = re.search(r"\nSubcommands:\n(.*?)(?:\n\n|\Z)", text, re.DOTALL)
+    if not names:
+        return [" ".join(words)]
+    return [leaf for name in re.findall(r"^  (\S+)", names[1], re.MULTILINE) for leaf in commands(*words, name)]
+
+
+rows = {" ".join(map(str, words[:2])) for words in LOOKS + RUNS + LOCAL} | {words[0] for words in LOOKS + RUNS + LOCAL}
+missing = [name for name in commands() if name not in rows and AS.get(name) not in rows]
+check("every command is in the matrix", not missing, missing)
 
 
 def end_all(what, begun, seconds, signals=1):
@@ -105,7 +137,7 @@ robot = Begun("run", ROBOT)
 eventually(lambda: b"robot" in subprocess.run([takt, "component", "list"], env=environment, capture_output=True,
                                               check=False).stdout)
 for what, piped in (("a flood", False), ("a pipe that nobody reads", True)):
-    begun = [Begun(*words, piped=piped) for words in LOOKS]
+    begun = [Begun(*words, piped=piped) for words in (LOOKS + LOCAL if piped else LOOKS)]
     time.sleep(2)  # most have ended by themselves, unless their pipe holds them
     end_all(what, begun, 2)
 os.kill(robot.process.pid, signal.SIGSTOP)
@@ -115,11 +147,8 @@ end_all("a peer that is silent", begun, 2)
 os.kill(robot.process.pid, signal.SIGCONT)
 
 # What runs: a child that is stopped, and a pipe, with two signals.
-record = ("bag", "record", "/flood", "-o", work / "flood.mcap")
-for what, begun in (("a child that is stopped", [Begun("run", TWO), Begun("compare", ONE, "--executors", "events", "--duration", "1h")]),
-                    ("a pipe that nobody reads",
-                     [Begun("run", TWO, piped=True), Begun(*record, piped=True),
-                      Begun("compare", ONE, "--executors", "events", "--duration", "1h", piped=True)])):
+for what, begun in (("a child that is stopped", [Begun(*words) for words in RUNS if words[0] in ("run", "compare")]),
+                    ("a pipe that nobody reads", [Begun(*words, piped=True) for words in RUNS])):
     time.sleep(2)
     if "child" in what:
         for each in begun:

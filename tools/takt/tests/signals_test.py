@@ -7,6 +7,7 @@ usage: signals_test.py TAKT WITNESS_LIBRARY
 # SPDX-License-Identifier: Apache-2.0
 import json
 import os
+import pathlib
 import signal
 import subprocess
 import sys
@@ -313,6 +314,24 @@ run.send(KILL)
 run.end()
 check("SIGKILL of takt compare ends the run that was under way", wait_for_ends(children)
       and run.read("sound.gone"), run.read("log"))
+
+# ---- The thread that receives them ----
+
+def nices(process):
+    """Of the threads of this name in a process and its children."""
+    found = []
+    for pid in (process.pid, *children_of(process)):
+        for task in pathlib.Path(f"/proc/{pid}/task").iterdir():
+            if (task / "comm").read_text() == "signals\n":
+                found.append(int((task / "stat").read_text().rsplit(")", 1)[1].split()[16]))
+    return found
+
+
+run = Run("threads: {signals: {nice: 5}}\ncontainers:\n" + container("sound") + container("other")).begin()
+run.wait("sound.ticks", 3)
+found = nices(run.process)
+run.end()
+check("the file gives the thread its attributes, in each process", found == [5, 5, 5], found)
 
 # ---- Names ----
 

@@ -9,8 +9,10 @@
 #include "rosidl_runtime_cpp/message_initialization.hpp"
 #include "rosidl_runtime_cpp/traits.hpp"
 #include "sky_interfaces/action/watch.hpp"
+#include "sky_interfaces/msg/cloud.h"  // of C, which some packages include beside their own
 #include "sky_interfaces/msg/sky.hpp"
 #include "sky_interfaces/srv/count.hpp"
+#include "std_msgs/msg/header.h"
 #include "std_msgs/msg/header.hpp"
 
 using sky_interfaces::msg::Cloud;
