@@ -117,13 +117,21 @@ void LifecycleNode::step(const LifecycleTransition& transition) {
   state_.store(transition.goal);
   // A listener that is notified that the node is active may rely on it.
   if (transition.goal == LifecycleState::active) start_managed();
-  const std::lock_guard lock(listener_mutex_);
-  if (listener_) listener_(transition);
+  std::unique_lock lock(listener_mutex_);
+  const auto listener = listener_;
+  lock.unlock();
+  if (listener != nullptr) listener->call([&](const auto& function) { function(transition); });
 }
 
 void LifecycleNode::set_transition_listener(TransitionListener listener) {
-  const std::lock_guard lock(listener_mutex_);
-  listener_.swap(listener);
+  auto entry = listener ? std::make_shared<detail::Removable<void(const LifecycleTransition&)>>(
+                              std::move(listener))
+                        : nullptr;
+  {
+    const std::lock_guard lock(listener_mutex_);
+    entry.swap(listener_);
+  }
+  if (entry != nullptr) entry->remove();
 }
 
 CallbackReturn LifecycleNode::call(LifecycleState during, LifecycleState previous) noexcept {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "takt/base/visibility.hpp"
+#include "takt/entities/callback_list.hpp"
 #include "takt/nodes/callback_gate.hpp"
 #include "takt/nodes/lifecycle_publisher.hpp"
 #include "takt/nodes/lifecycle_state_machine.hpp"
@@ -134,8 +135,8 @@ class LifecycleNode : public Node {
 
   using TransitionListener = std::function<void(const LifecycleTransition&)>;
   /// Called with each row of the table that the node has gone through, on the thread of the
-  /// request. Empty: none. When this returns, the previous listener is not called any more. The
-  /// listener must not call this.
+  /// request. Empty: none. When this returns, the previous listener is not called any more, but
+  /// for a call that it is made in, or that waits for the caller.
   void set_transition_listener(TransitionListener listener);
 
  protected:
@@ -187,8 +188,8 @@ class LifecycleNode : public Node {
   mutable PiMutex managed_mutex_;
   std::vector<std::weak_ptr<Managed>> managed_;
 
-  PiMutex listener_mutex_;  // held while it is called
-  TransitionListener listener_;
+  PiMutex listener_mutex_;  // guards the next one
+  std::shared_ptr<detail::Removable<void(const LifecycleTransition&)>> listener_;
 };
 
 }  // namespace takt

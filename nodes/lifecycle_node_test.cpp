@@ -185,6 +185,23 @@ TEST(LifecycleNode, OfRequestsAtTheSameTimeOneIsServed) {
   }
 }
 
+// It was called under a lock that replacing it needs.
+TEST(LifecycleNode, AListenerOfTransitionsMayReplaceItself) {
+  LifecycleNode node("node");
+  std::vector<std::string> heard;
+  const auto owned = std::make_shared<int>(0);
+  node.set_transition_listener([&, owned](const LifecycleTransition& transition) {
+    heard.push_back("first: " + std::string(label(transition.goal)));
+    node.set_transition_listener([&](const LifecycleTransition& next) {
+      heard.push_back("second: " + std::string(label(next.goal)));
+    });
+    EXPECT_EQ(owned.use_count(), 2);  // its call goes on with what it owns
+  });
+  EXPECT_TRUE(node.configure());
+  EXPECT_EQ(owned.use_count(), 1);
+  EXPECT_THAT(heard, ElementsAre("first: configuring", "second: inactive"));
+}
+
 TEST(LifecycleNode, WithoutOverridesSucceedsAndEndsAfterAnError) {
   const auto node = std::make_shared<LifecycleNode>("plain");
   EXPECT_EQ(node->get_current_state(), unconfigured);
