@@ -43,7 +43,9 @@ const char* shut_down(const NextByte& next) {
   for (Callback& callback : callbacks) {
     // Removes this one of them, if there are as many; or shuts down.
     const std::size_t other = next() % 8;
-    callback.handle = context->add_on_shutdown_callback([&, other] {
+    const bool is_slow = next() % 4 == 0;  // so that others come meanwhile
+    callback.handle = context->add_on_shutdown_callback([&, other, is_slow] {
+      if (is_slow) std::this_thread::sleep_for(500us);
       ++callback.calls;
       if (callback.is_removed) broken = "a callback of shutdown was called after its removal";
       if (other >= callbacks.size()) return void(context->shutdown("callback"));

@@ -37,7 +37,8 @@ const std::vector<takt::sequences::Bytes> kOften{
     {20},              // and one until nothing is ready
     {36, 0},           // a parameter is set
     // What only rclcpp has: see own_calls.hpp.
-    {63, 200, 4, 1, 0, 9, 2, 2},
+    {63, 200, 4, 1, 1, 0, 0, 7, 1, 2, 1, 2},
+    {63, 200, 3, 7, 0, 7, 0, 7, 0, 2},
     {63, 201, 1, 0},
     {63, 201, 4, 2},
     {63, 202, 5, 3, 4, 2, 1},
