@@ -149,7 +149,7 @@ TEST(CallbackGate, ClosingIsOneOfAllWaitsThatMayWaitForEachOther) {
     entry->remove();
   });
   std::thread closer([&] {
-    list.each(list.Order::first_added, [](const auto& function) {
+    list.each(detail::CallbackList<void()>::Order::first_added, [](const auto& function) {
       function();
       return true;
     });
@@ -182,7 +182,7 @@ TEST(CallbackGate, InputsOfAPeriodThatWaitsAreNotWaitedFor) {
   });
   ASSERT_TRUE(eventually([&] { return is_taken.load(); }));
   std::thread closer([&] {
-    list.each(list.Order::first_added, [](const auto& function) {
+    list.each(detail::CallbackList<void()>::Order::first_added, [](const auto& function) {
       function();
       return true;
     });

@@ -124,9 +124,7 @@ void LifecycleNode::step(const LifecycleTransition& transition) {
 }
 
 void LifecycleNode::set_transition_listener(TransitionListener listener) {
-  auto entry = listener ? std::make_shared<detail::Removable<void(const LifecycleTransition&)>>(
-                              std::move(listener))
-                        : nullptr;
+  auto entry = listener ? std::make_shared<Listener>(std::move(listener)) : nullptr;
   {
     const std::lock_guard lock(listener_mutex_);
     entry.swap(listener_);

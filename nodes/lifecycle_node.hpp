@@ -189,7 +189,8 @@ class LifecycleNode : public Node {
   std::vector<std::weak_ptr<Managed>> managed_;
 
   PiMutex listener_mutex_;  // guards the next one
-  std::shared_ptr<detail::Removable<void(const LifecycleTransition&)>> listener_;
+  using Listener = detail::Removable<void(const LifecycleTransition&)>;
+  std::shared_ptr<Listener> listener_;
 };
 
 }  // namespace takt
