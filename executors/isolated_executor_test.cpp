@@ -190,7 +190,7 @@ TEST_P(IsolatedThreads, AreNotWaitedForByCodeThatTheyWaitFor) {
   ASSERT_TRUE(eventually([&] { return executor_->is_spinning(); }));
   guard->trigger();
   std::thread caller([&] {
-    list.each(list.Order::first_added, [](const auto& function) {
+    list.each(detail::CallbackList<void()>::Order::first_added, [](const auto& function) {
       function();
       return true;
     });
@@ -222,7 +222,7 @@ TEST(Watchdog, AHandlerAndACallThatWaitForEachOtherGoOn) {
   });
   std::thread caller([&] {
     if (!eventually([&] { return late.calls.load() == 1; })) std::abort();
-    late.list.each(late.list.Order::first_added, [](const auto& function) {
+    late.list.each(detail::CallbackList<void()>::Order::first_added, [](const auto& function) {
       function();
       return true;
     });
