@@ -89,6 +89,7 @@ class PublisherBase {
   const std::shared_ptr<EndpointEvents>& events() const noexcept { return writer_.events(); }
   /// Where liveliness is manual: it is alive, though it publishes nothing.
   void assert_liveliness() noexcept {
+    writer_.assert_liveliness();
     if (remote_ != nullptr) remote_->assert_liveliness();
   }
   /// Waits until every reliable subscription in another process has confirmed what was published;

@@ -3,10 +3,13 @@
 #ifndef TAKT_ENTITIES_QOS_EVENT_HPP_
 #define TAKT_ENTITIES_QOS_EVENT_HPP_
 
+#include <atomic>
+#include <concepts>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "takt/base/lockfree/read_section.hpp"
@@ -59,9 +62,6 @@ class QosEvent final : public GuardCondition, EndpointEvents::Listener {
   static bool differs(const MatchedStatus& status) noexcept {
     return status.total_count_change != 0 || status.current_count_change != 0;
   }
-  static bool differs(const LivelinessChangedStatus& status) noexcept {
-    return status.alive_count_change != 0 || status.not_alive_count_change != 0;
-  }
   template <class Counted>
   static bool differs(const Counted& status) noexcept {
     return status.total_count_change != 0;
@@ -95,6 +95,35 @@ class DeadlineEvent final : public Timer {
   TimePoint missed_{};  // the deadline that was missed last
   DeadlineMissedStatus reported_;
 };
+
+/// A timer that is due when something has happened, or a publisher with manual liveliness may have
+/// been silent for its lease. It sleeps while there is none.
+/// Thread safety and real-time: as Timer; it waits for publishers that come and go, for a moment.
+class LivelinessEvent final : public Timer, EndpointEvents::Listener {
+ public:
+  using Callback = std::function<void(const LivelinessChangedStatus&)>;
+
+  LivelinessEvent(std::string name, std::shared_ptr<CallbackGroup> group, Clock& clock,
+                  std::shared_ptr<EndpointEvents> events, Callback callback);
+  /// Starts to receive notifications.
+  void start() noexcept;
+  void retire() noexcept override;
+
+ private:
+  void happened() noexcept override;
+  void look();
+
+  const std::shared_ptr<EndpointEvents> events_;
+  const Callback callback_;
+  std::atomic<bool> has_happened_{false};
+  PiMutex mutex_;                     // in a reentrant group it runs on several threads
+  LivelinessChangedStatus reported_;  // in the last callback; guarded by mutex_
+};
+
+/// What calls the callback of a status.
+template <class Status>
+using EventOf = std::conditional_t<std::same_as<Status, LivelinessChangedStatus>, LivelinessEvent,
+                                   QosEvent<Status>>;
 
 }  // namespace takt
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -148,6 +149,43 @@ TEST_F(QosEvents, ReportWhichPublisherIsAlive) {
   run(*liveliness);
   ASSERT_EQ(reported.size(), 2u);
   EXPECT_EQ(reported[1].alive_count_change, -1);
+}
+
+// Inside a process a publisher was alive as long as it existed, whatever it promised.
+TEST_F(QosEvents, ReportAPublisherThatMustSayThatItIsAlive) {
+  const QoS qos = QoS(10).liveliness(Liveliness::manual_by_topic).liveliness_lease_duration(30ms);
+  const auto scan = subscription(qos);
+  std::vector<std::pair<std::int64_t, std::int64_t>> counts;
+  const auto liveliness = here_->create_qos_event<LivelinessChangedStatus>(
+      *scan, [&](const LivelinessChangedStatus& status) {
+        counts.emplace_back(status.alive_count, status.not_alive_count);
+      });
+  const auto reported = [&](Nanoseconds time) {
+    clock_.advance(time);
+    run(*liveliness);
+    return std::exchange(counts, {});
+  };
+  using Counts = std::vector<std::pair<std::int64_t, std::int64_t>>;
+  auto from = publisher(qos);
+  EXPECT_EQ(reported(0ms), (Counts{{1, 0}}));
+  EXPECT_EQ(reported(29ms), Counts());
+  from->publish(Scan{});
+  EXPECT_EQ(reported(29ms), Counts());
+  from->assert_liveliness();
+  EXPECT_EQ(reported(29ms), Counts());
+  EXPECT_EQ(reported(1ms), (Counts{{0, 1}}));
+  EXPECT_EQ(reported(1h), Counts());
+  from->publish(Scan{});
+  EXPECT_EQ(reported(0ms), (Counts{{1, 0}}));  // at once
+  EXPECT_EQ(reported(30ms), (Counts{{0, 1}}));
+  from->assert_liveliness();
+  EXPECT_EQ(reported(0ms), (Counts{{1, 0}}));
+  const auto other = publisher(qos);
+  EXPECT_EQ(reported(10ms), (Counts{{2, 0}}));
+  other->publish(Scan{});
+  EXPECT_EQ(reported(20ms), (Counts{{1, 1}}));
+  from.reset();
+  EXPECT_EQ(reported(0ms), (Counts{{1, 0}}));
 }
 
 TEST_F(QosEvents, MayOutliveTheirEnds) {

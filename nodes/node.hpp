@@ -171,8 +171,8 @@ class Node : public std::enable_shared_from_this<Node> {
           end.qos().deadline_period, end.events(), std::move(callback)));
     } else {
       auto event =
-          std::make_shared<QosEvent<Status>>(std::move(name), group_or_default(std::move(group)),
-                                             clock().real(), end.events(), std::move(callback));
+          std::make_shared<EventOf<Status>>(std::move(name), group_or_default(std::move(group)),
+                                            clock().real(), end.events(), std::move(callback));
       auto handle = adopt<Entity>(event);
       event->start();
       return handle;

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/transport/endpoint_events.hpp"
 
+#include <algorithm>
+#include <mutex>
+#include <utility>
+
 #include "takt/base/lockfree/read_section.hpp"
 
 namespace takt {
@@ -36,6 +40,44 @@ void EndpointEvents::liveliness_changed(int alive_change, int not_alive_change) 
   alive_.fetch_add(alive_change);
   not_alive_.fetch_add(not_alive_change);
   happened(EndpointEvent::liveliness_changed);
+}
+
+void EndpointEvents::follow(std::shared_ptr<LivelinessLease> lease) {
+  {
+    const std::lock_guard lock(mutex_);
+    followed_.push_back({std::move(lease)});
+  }
+  liveliness_changed(1, 0);
+}
+
+void EndpointEvents::leave(const LivelinessLease& lease) noexcept {
+  bool was_alive = true;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = std::find_if(followed_.begin(), followed_.end(),
+                                    [&](const auto& each) { return each.lease.get() == &lease; });
+    if (found == followed_.end()) return;
+    was_alive = found->is_alive;
+    followed_.erase(found);
+  }
+  was_alive ? liveliness_changed(-1, 0) : liveliness_changed(0, -1);
+}
+
+TimePoint EndpointEvents::look_for_leases(TimePoint now) noexcept {
+  TimePoint next = kNever;
+  const std::lock_guard lock(mutex_);
+  for (Followed& followed : followed_) {
+    if (now >= followed.lease->end()) followed.lease->miss();
+    const TimePoint end = followed.lease->end();
+    const bool is_alive = now < end;
+    if (is_alive != followed.is_alive) {
+      alive_.fetch_add(is_alive ? 1 : -1);
+      not_alive_.fetch_add(is_alive ? -1 : 1);
+      followed.is_alive = is_alive;
+    }
+    if (is_alive) next = std::min(next, end);
+  }
+  return next;
 }
 
 MatchedStatus EndpointEvents::status(const MatchedStatus& before) const noexcept {

@@ -7,8 +7,11 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string_view>
+#include <vector>
 
+#include "takt/base/pi_mutex.hpp"
 #include "takt/base/time.hpp"
 #include "takt/base/visibility.hpp"
 
@@ -47,12 +50,35 @@ struct DeadlineMissedStatus {
   static constexpr std::string_view kName = "deadline_missed";
   std::uint64_t total_count = 0, total_count_change = 0;
 };
-/// Inside a process, a publisher is alive as long as it exists.
+/// A publisher is alive as long as it exists; one with manual liveliness, as long as it says so
+/// within its lease.
 struct LivelinessChangedStatus {
   static constexpr EndpointEvent kEvent = EndpointEvent::liveliness_changed;
   static constexpr std::string_view kName = "liveliness_changed";
   std::int64_t alive_count = 0, alive_count_change = 0;
   std::int64_t not_alive_count = 0, not_alive_count_change = 0;
+};
+
+/// When a publisher with manual liveliness has last said that it is alive: what it shares with the
+/// subscriptions of its process.
+/// Thread safety: every method from any thread. Real-time: nothing blocks or allocates.
+class LivelinessLease {
+ public:
+  LivelinessLease(Nanoseconds lease, TimePoint now) noexcept : lease_(lease), said_(now) {}
+  /// True: some subscription has missed it.
+  bool is_alive(TimePoint now) noexcept {
+    said_.store(now);
+    return is_missed_.exchange(false);
+  }
+  /// When it is missed if it says nothing.
+  TimePoint end() const noexcept { return later(said_.load(), lease_); }
+  /// A subscription misses it. Look at end() again, as it may have said something before.
+  void miss() noexcept { is_missed_.store(true); }
+
+ private:
+  const Nanoseconds lease_;
+  std::atomic<TimePoint> said_;
+  std::atomic<bool> is_missed_{false};
 };
 
 /// Counts of one end, written by the threads that match, drop or notice.
@@ -85,6 +111,13 @@ class EndpointEvents {
   void lost(std::uint64_t count) noexcept;
   void missed_deadlines(std::uint64_t count) noexcept;
   void liveliness_changed(int alive_change, int not_alive_change) noexcept;
+  /// A publisher with manual liveliness has come, alive, or goes. Set-up only.
+  void follow(std::shared_ptr<LivelinessLease> lease);
+  void leave(const LivelinessLease& lease) noexcept;
+  /// Counts which of these are alive, and returns the time at which that may change next.
+  TimePoint look_for_leases(TimePoint now) noexcept;
+  /// One of them is alive again: tells the listener, which is to look.
+  void hear_of_lease() noexcept { happened(EndpointEvent::liveliness_changed); }
   /// The last message passed then.
   void set_last_message(TimePoint time) noexcept {
     last_message_.store(time, std::memory_order_relaxed);
@@ -106,6 +139,12 @@ class EndpointEvents {
   std::atomic<std::int64_t> matched_{0}, alive_{0}, not_alive_{0};
   std::atomic<const char*> last_policy_{""};
   std::atomic<TimePoint> last_message_{};
+  struct Followed {
+    std::shared_ptr<LivelinessLease> lease;
+    bool is_alive = true;  // as counted
+  };
+  PiMutex mutex_;  // of publishers that come and go, and who looks for them
+  std::vector<Followed> followed_ TAKT_GUARDED_BY(mutex_);
   std::array<std::atomic<Listener*>, kEndpointEvents> listeners_{};
 };
 

@@ -137,7 +137,13 @@ class Topics {
                     int change) {
     writer.events_->matched(change);
     reader.events()->matched(change);
-    reader.events()->liveliness_changed(change, 0);
+    if (writer.lease_ == nullptr) {
+      reader.events()->liveliness_changed(change, 0);
+    } else if (change > 0) {
+      reader.events()->follow(writer.lease_);
+    } else {
+      reader.events()->leave(*writer.lease_);
+    }
   }
 
   static void replace(IntraProcessWriter& writer, IntraProcessWriter::Table table) {
@@ -243,12 +249,22 @@ void IntraProcessReader::drop_now(MessageBlock& message) noexcept {
   if (drop(message)) released.add(message);
 }
 
+namespace {
+std::shared_ptr<LivelinessLease> lease_of(const QoS& qos, const Clock& clock) {
+  const bool is_manual = qos.liveliness_kind == Liveliness::manual_by_topic;
+  if (!is_manual || QoS::is_for_ever(qos.lease_duration)) return nullptr;
+  return std::make_shared<LivelinessLease>(qos.lease_duration, clock.now());
+}
+}  // namespace
+
 IntraProcessWriter::IntraProcessWriter(Endpoint endpoint, Clock& clock)
     : endpoint_((endpoint.qos.check(), std::move(endpoint))),
       clock_(clock),
       history_(endpoint_.qos.durability == Durability::transient_local ? std::make_unique<History>()
                                                                        : nullptr),
-      has_policies_(history_ != nullptr || endpoint_.qos.lifespan_duration != Nanoseconds::zero() ||
+      lease_(lease_of(endpoint_.qos, clock)),
+      has_policies_(history_ != nullptr || lease_ != nullptr ||
+                    endpoint_.qos.lifespan_duration != Nanoseconds::zero() ||
                     endpoint_.qos.deadline_period != Nanoseconds::zero()),
       table_(new Table) {
   if (history_ != nullptr) history_->messages.resize(endpoint_.qos.depth);
@@ -290,6 +306,7 @@ void IntraProcessWriter::send_by_policies(MessageBlock& message, TimePoint publi
                                           std::uint32_t kept, ReleasedMessages& released) noexcept {
   const TimePoint now = published != TimePoint{} ? published : clock_.now();
   events_->set_last_message(now);
+  assert_liveliness();
   if (endpoint_.qos.lifespan_duration != Nanoseconds::zero()) {
     message.expire_at(later(now, endpoint_.qos.lifespan_duration), clock_);
   }
@@ -329,6 +346,12 @@ void IntraProcessWriter::send_by_policies(MessageBlock& message, TimePoint publi
   message.set_references(kept + static_cast<std::uint32_t>(readers.size()));
   // Each reader owns one reference; after the last delivery the message may be gone.
   for (IntraProcessReader* reader : readers) reader->deliver(message, arrival, released);
+}
+
+void IntraProcessWriter::assert_liveliness() noexcept {
+  if (lease_ == nullptr || !lease_->is_alive(clock_.now())) return;
+  const ReadSection section;
+  for (IntraProcessReader* reader : *table_.load()) reader->events()->hear_of_lease();
 }
 
 std::size_t IntraProcessWriter::reader_count() const noexcept {

@@ -166,6 +166,8 @@ class IntraProcessWriter {
   void write(MessageBlock& message, TimePoint published, std::uint32_t kept,
              ReleasedMessages& released) noexcept;
   std::size_t reader_count() const noexcept;
+  /// With manual liveliness: it is alive, though it sends nothing.
+  void assert_liveliness() noexcept;
   const std::shared_ptr<EndpointEvents>& events() const noexcept { return events_; }
 
  private:
@@ -186,8 +188,9 @@ class IntraProcessWriter {
 
   const Endpoint endpoint_;
   Clock& clock_;
-  const std::unique_ptr<History> history_;  // nullptr: nothing is kept
-  const bool has_policies_;                 // for which more is done than to send
+  const std::unique_ptr<History> history_;        // nullptr: nothing is kept
+  const std::shared_ptr<LivelinessLease> lease_;  // nullptr: it is alive as long as it exists
+  const bool has_policies_;                       // for which more is done than to send
   const std::shared_ptr<EndpointEvents> events_ = std::make_shared<EndpointEvents>();
   std::atomic<const Table*> table_;
   std::atomic<bool> wants_time_{true};  // a reader, when the last message was sent
