@@ -187,6 +187,43 @@ MUTATIONS |= {
     ]
 }
 
+# Of programs for rclcpp: defects that there once were. The programs of the fuzzer find them, and a test of each.
+SEQUENCES = ("rclcpp_test", "{bin}/rclcpp_test", "--gtest_filter=RclcppSequences.*")
+LISTS = ("entities_test", "{bin}/entities_test", "--gtest_filter=CallbackList.*")
+LAYER = ("rclcpp_test", "{bin}/rclcpp_test", "--gtest_filter=Shutdown.*:Removals.*:SimulatedTime.*:Topics.*:Executors.*:Nodes.*")
+WAIT_SETS = ("executors_test", "{bin}/executors_test", "--gtest_filter=WaitSet.*")
+ACTIONS = ("ros2_test", "{bin}/ros2_test", "--gtest_filter=ActionClientTest.*")
+GATES = ("nodes_test", "{bin}/nodes_test", "--gtest_filter=CallbackGate.*:NodeListeners.*")
+DEFECTS = {
+    "pruning forgets newer requests": ("rclcpp/include/rclcpp/client.hpp", "sent_.erase(first, sent_.end());",
+                                       "sent_.clear();", [SEQUENCES, LAYER]),
+    "a removed callback is called": ("entities/callback_list.cpp", "if ((state & kRemoved) != 0) return false;", "",
+                                     [SEQUENCES, LISTS, LAYER]),
+    "a removal waits for no call": ("entities/callback_list.cpp", "wait.is_for_itself() || is_gone()", "true",
+                                    [LISTS, LAYER]),
+    "everybody who shuts down calls": ("rclcpp/src/context.cpp", "is_valid() && !is_ending_.exchange(true)",
+                                       "is_valid()", [SEQUENCES, LAYER]),
+    "who shuts down second does not wait": ("rclcpp/src/context.cpp", "    wait_for_shutdown();\n    return false;",
+                                            "    return false;", [SEQUENCES, LAYER]),
+    "a node that was removed is removed again": ("rclcpp/include/rclcpp/executor.hpp", "executor_.release(node_)",
+                                                 "executor_.remove_node(node_, false)", [SEQUENCES, LAYER]),
+    "a timer is cancelled afterwards": (
+        "nodes/node.cpp", "  if (!autostart) timer->cancel();  // before an executor has it\n"
+        "  return adopt_timer(std::move(timer));",
+        "  auto made = adopt_timer(std::move(timer));\n  if (!autostart) made->cancel();\n  return made;",
+        [SEQUENCES, LAYER]),
+    "an addition wakes no wait set": ("executors/wait_set.cpp",
+                                      "wake();  // it may be ready, or due sooner than what the thread waits for", "",
+                                      [SEQUENCES, WAIT_SETS, LAYER]),
+    "a sleep goes on by another source": ("rclcpp/src/clock.cpp", "if (!left) return false;", "if (!left) continue;",
+                                          [SEQUENCES, LAYER]),
+    "callbacks of a goal overlap": ("ros2/action_client.hpp", "if (is_answering) handle->calls().begin();", "",
+                                    [ACTIONS]),
+    "gates wait for each other": ("nodes/callback_gate.cpp", "if (wait.is_for_itself()) return false;", "", [GATES]),
+}
+MUTATIONS |= {f"{name} ({test[0]} {number})": (path, there, instead, test)
+              for name, (path, there, instead, tests) in DEFECTS.items() for number, test in enumerate(tests, 1)}
+
 
 def run(words, **options):
     return subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
@@ -215,7 +252,10 @@ def build(target):
 
 def passes(test):
     build(test[0])
-    return run([word.format(bin=BIN, root=COPY) for word in test[1:]]).returncode == 0
+    try:
+        return run([word.format(bin=BIN, root=COPY) for word in test[1:]], timeout=600).returncode == 0
+    except subprocess.TimeoutExpired:
+        return False
 
 
 def main():
