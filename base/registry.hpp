@@ -52,6 +52,10 @@ class Registry {
   void check(std::string_view name) const { find(name); }
 
   std::vector<std::string> names() const;
+  bool knows(std::string_view name) const {
+    const std::lock_guard lock(mutex_);
+    return entries_.contains(name);
+  }
 
   std::string description(std::string_view name) const { return find(name).description; }
   Traits traits(std::string_view name) const { return find(name).traits; }

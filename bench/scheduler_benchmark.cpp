@@ -22,7 +22,7 @@ void push_and_pop(benchmark::State& state, const std::string& name) {
     infos[i].kind = static_cast<EntityKind>(random() % 5);
     callbacks[i].info = &infos[i];
   }
-  const auto scheduler = schedulers().make(name);
+  const auto scheduler = schedulers().make(name, {});
   scheduler->configure(infos);
   std::uint64_t sequence = 0;
   const auto push = [&](ReadyCallback& callback) {

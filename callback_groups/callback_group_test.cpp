@@ -28,7 +28,7 @@ class ExclusionTest : public testing::Test {
     exclusive_.set_parking(scheduler("fifo"));
   }
   std::unique_ptr<Scheduler> scheduler(std::string_view name) const {
-    auto result = schedulers().make(name);
+    auto result = schedulers().make(name, {});
     result->configure(infos_);
     return result;
   }

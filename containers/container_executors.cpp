@@ -26,6 +26,14 @@ std::string override(ExecutorDescription& executor, const ContainerOverrides& ov
     if (executor.trigger.let_period != Nanoseconds::zero()) unused.emplace_back("`let`");
     executor.trigger = {};
   }
+  const auto takes = [&](const OwnValue& value) {
+    return std::any_of(traits.keys.begin(), traits.keys.end(),
+                       [&](const OwnKey& key) { return key.name == value.name; });
+  };
+  for (const OwnValue& value : executor.own) {
+    if (!takes(value)) unused.push_back(fmt::format("`{}`", value.name));
+  }
+  std::erase_if(executor.own, [&](const OwnValue& value) { return !takes(value); });
   if (!traits.isolates && executor.per != Isolation::node) {
     unused.emplace_back("`per`");
     executor.per = Isolation::node;
@@ -39,6 +47,9 @@ void Container::make_executor(const ExecutorDescription& executor) {
   ExecutorDescription made = executor;
   std::string unused = override(made, overrides_);
   ExecutorOptions options = options_of(made);
+  options.scheduler_own = own_values_of(
+      made.scheduler.empty() ? executors().traits(made.type).scheduler : made.scheduler,
+      description_);
   options.realtime = description_.realtime;
   options.statistics = overrides_.statistics;
   options.trace_events = overrides_.trace_events;

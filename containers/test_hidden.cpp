@@ -62,7 +62,7 @@ std::string order() {
 /// What the library throws, as a type of its interface.
 std::string error() {
   try {
-    takt::schedulers().make("of_nobody");
+    takt::schedulers().make("of_nobody", {});
   } catch (const takt::Error& error) {
     return error.what();
   }

@@ -15,11 +15,14 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/future.hpp"
 #include "takt/base/histogram.hpp"
+#include "takt/base/own_key.hpp"
 #include "takt/base/realtime_scope.hpp"
 #include "takt/base/registry.hpp"
 #include "takt/base/version.hpp"
 #include "takt/base/visibility.hpp"
+#include "takt/executors/rule.hpp"
 #include "takt/executors/trace_ring.hpp"
+#include "takt/executors/workers_policy.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
@@ -43,8 +46,11 @@ enum class Readiness {
   events,    // at every dispatch
 };
 
+struct ExecutorOptions;
+
 /// Properties of an executor that are known by its name. The registration states them, and the
-/// constructor gets them. The defaults are those of rclcpp's single-threaded executor.
+/// constructor gets them. The defaults are those of rclcpp's single-threaded executor. An executor
+/// of Takt's engine is readiness × order (the scheduler) × rule × workers' policy × threads.
 struct ExecutorTraits {
   Readiness readiness = Readiness::wait_set;
   std::string scheduler = "ros";  // unless the options name one
@@ -53,16 +59,26 @@ struct ExecutorTraits {
   bool frozen = false;            // nothing is added or removed after the first spin
   bool triggered = false;         // takes a trigger, and a period
   bool isolates = false;          // a thread for each node or group: ExecutorOptions::per
+  /// Makes its rule, which may be nullptr: each callback is served. Throws Error.
+  std::unique_ptr<Rule> (*rule)(const ExecutorOptions&) = nullptr;
+  /// Makes its workers' policy, which may be nullptr: any worker takes each callback. Throws Error.
+  std::unique_ptr<WorkersPolicy> (*workers)(const ExecutorOptions&) = nullptr;
+  std::vector<OwnKey> keys = {};  // of its own in the file: ExecutorOptions::own
 };
+
+/// For ExecutorTraits: `.rule = takt::make_rule<Mine>`, whose constructor takes ExecutorOptions.
+template <class R>
+std::unique_ptr<Rule> make_rule(const ExecutorOptions& options) {
+  return std::make_unique<R>(options);
+}
+/// The same: `.workers = takt::make_workers_policy<Mine>`.
+template <class P>
+std::unique_ptr<WorkersPolicy> make_workers_policy(const ExecutorOptions& options) {
+  return std::make_unique<P>(options);
+}
 
 /// The unit that gets its own executor and thread in an executor that isolates.
 enum class Isolation { node, group };
-
-/// The state of one callback, for a trigger.
-struct TriggerInput {
-  std::string_view node, callback;  // "/node", "callback"
-  bool is_ready = false;
-};
 
 /// When `triggered` runs all that is ready.
 struct TriggerOptions {
@@ -97,6 +113,8 @@ struct ExecutorOptions {
   std::vector<ThreadAttributes> threads;
   Isolation per = Isolation::node;  // of executors that isolate
   TriggerOptions trigger;           // of triggered executors
+  OwnValues own;                    // of the keys that its traits name
+  OwnValues scheduler_own;          // of those that its scheduler's traits name
   /// Callbacks, as "node/callback", that come first in the order of registration, as listed. Used
   /// by the schedulers `listed` and, inside a kind, `ros`.
   std::vector<std::string> order;

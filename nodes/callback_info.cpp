@@ -13,6 +13,7 @@ CallbackInfo callback_info(const Node& node, const Entity& entity, const Callbac
   info.kind = entity.kind();
   info.chain = kNoChain;
   info.chain_position = 0;
+  info.chain_deadline = Nanoseconds::zero();
   info.criticality = 0;
   info.priority = parameters.priority.value_or(0);
   info.deadline = parameters.deadline.value_or(Nanoseconds::zero());
@@ -28,6 +29,7 @@ CallbackInfo callback_info(const Node& node, const Entity& entity, const Callbac
   if (step != steps.end()) {
     info.chain = step->chain->id();
     info.chain_position = step->position;
+    info.chain_deadline = step->chain->options().deadline;
     info.criticality = step->chain->options().priority;
   }
   info.criticality = parameters.criticality.value_or(info.criticality);

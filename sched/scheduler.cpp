@@ -9,7 +9,7 @@ std::string_view to_string(EntityKind kind) noexcept {
   return kNames[static_cast<std::size_t>(kind)];
 }
 
-template class Registry<Scheduler, SchedulerTraits>;
+template class Registry<Scheduler, SchedulerTraits, const OwnValues&>;
 
 SchedulerRegistry& schedulers() {
   static SchedulerRegistry registry("scheduler");

@@ -11,9 +11,11 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "takt/analysis/order.hpp"
+#include "takt/base/own_key.hpp"
 #include "takt/base/registry.hpp"
 #include "takt/base/time.hpp"
 #include "takt/base/version.hpp"
@@ -44,6 +46,7 @@ struct CallbackInfo {
   int criticality = 0;
   ChainId chain = kNoChain;
   std::uint32_t chain_position = 0;
+  Nanoseconds chain_deadline{0};  // 0: none; relative to root_ready_time
 
   friend bool operator==(const CallbackInfo&, const CallbackInfo&) = default;
 };
@@ -52,6 +55,7 @@ struct CallbackInfo {
 struct ReadyCallback {
   const CallbackInfo* info = nullptr;
   TimePoint ready_time{};         // when its message was published or its timer was due
+  TimePoint root_ready_time{};    // the same of the callback that began its chain; or its own
   TimePoint deadline = kNever;    // absolute
   std::uint64_t sequence = 0;     // order of arrival, over the whole process
   std::uint64_t window = 0;       // number of the polling point at which it was seen
@@ -128,10 +132,12 @@ struct SchedulerTraits {
   /// otherwise on purpose, such as the newest first, says false: the conformance suite then leaves
   /// out the tests that rely on it.
   bool takes_turns = true;
+  std::vector<OwnKey> keys = {};  // of its own in the file; its constructor takes their values
 };
 
-using SchedulerRegistry = Registry<Scheduler, SchedulerTraits>;
-extern template class Registry<Scheduler, SchedulerTraits>;
+/// Made with the values of its own keys.
+using SchedulerRegistry = Registry<Scheduler, SchedulerTraits, const OwnValues&>;
+extern template class Registry<Scheduler, SchedulerTraits, const OwnValues&>;
 /// All schedulers of this process by name.
 SchedulerRegistry& schedulers();
 
@@ -139,12 +145,22 @@ SchedulerRegistry& schedulers();
 /// For the macro below. Always true. Throws Error when the name is taken.
 bool register_scheduler(std::string name, SchedulerRegistry::Entry entry, const char* version);
 
+/// With these values if its constructor takes them. For the macro below.
+template <class Class>
+std::unique_ptr<Scheduler> make_scheduler(const OwnValues& own) {
+  if constexpr (std::is_constructible_v<Class, const OwnValues&>) {
+    return std::make_unique<Class>(own);
+  } else {
+    return std::make_unique<Class>();
+  }
+}
+
 /// At namespace scope in a .cpp file: makes `Class` known as `name`. Behind it may stand traits:
 /// `.uses_time = false`.
-#define TAKT_REGISTER_SCHEDULER(name, description, Class, ...)                                     \
-  namespace {                                                                                      \
-  [[maybe_unused]] const bool TAKT_UNIQUE(takt_scheduler_) = ::takt::register_scheduler(           \
-      name, {description, [] { return std::make_unique<Class>(); }, {__VA_ARGS__}}, TAKT_VERSION); \
+#define TAKT_REGISTER_SCHEDULER(name, description, Class, ...)                           \
+  namespace {                                                                            \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_scheduler_) = ::takt::register_scheduler( \
+      name, {description, ::takt::make_scheduler<Class>, {__VA_ARGS__}}, TAKT_VERSION);  \
   }
 
 }  // namespace takt

@@ -151,12 +151,15 @@ std::vector<CallbackInfo> callbacks(std::size_t count, CallbackId id_step, Group
   return infos;
 }
 
-void try_scheduler(const std::string& name, const SchedulerRegistry::Factory& make) {
+void try_scheduler(const std::string& name,
+                   const std::function<std::unique_ptr<Scheduler>()>& make) {
   for (const auto& infos :
        {callbacks(0, 1, 1), callbacks(1, 1, 1), callbacks(10, 3, 1), callbacks(50, 1, 8)}) {
     std::unique_ptr<Scheduler> scheduler;
     try {
       scheduler = make();
+    } catch (const Error&) {  // it refuses the value of one of its keys
+      throw;
     } catch (const std::exception& error) {
       throw Error(fmt::format("scheduler '{}' throws in its constructor: {}", name, error.what()),
                   "let it be made whenever an executor needs one");
@@ -173,7 +176,7 @@ void try_scheduler(const std::string& name, const SchedulerRegistry::Factory& ma
 
 }  // namespace
 
-void check_scheduler(std::string_view name, const SchedulerRegistry::Factory& make,
+void check_scheduler(std::string_view name, const std::function<std::unique_ptr<Scheduler>()>& make,
                      Nanoseconds limit) {
   std::promise<void> end;
   std::future<void> ended = end.get_future();

@@ -16,7 +16,7 @@ namespace TAKT_INTERNAL takt {
 /// stays in it. `name` is used in errors. It cannot detect a scheduler that ends the process.
 /// Thread safety: may be called from any thread.
 /// Real-time: no; it takes about a millisecond.
-void check_scheduler(std::string_view name, const SchedulerRegistry::Factory& make,
+void check_scheduler(std::string_view name, const std::function<std::unique_ptr<Scheduler>()>& make,
                      Nanoseconds limit = std::chrono::seconds(10));
 
 }  // namespace takt

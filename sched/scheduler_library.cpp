@@ -11,9 +11,10 @@ bool register_scheduler(std::string name, SchedulerRegistry::Entry entry, const 
   return register_in(schedulers(), std::move(name), std::move(entry), version);
 }
 
-void load_scheduler(const std::string& name, const std::string& library) {
-  load_registered(schedulers(), name, library,
-                  [&](const auto& entry) { check_scheduler(name, entry.factory); });
+void load_scheduler(const std::string& name, const std::string& library, const OwnValues& own) {
+  load_registered(schedulers(), name, library, [&](const auto& entry) {
+    check_scheduler(name, [&] { return entry.factory(own); });
+  });
 }
 
 }  // namespace takt

@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "takt/base/own_key.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_PUBLIC takt {
@@ -15,9 +16,10 @@ namespace TAKT_PUBLIC takt {
 /// library is never unloaded; adding the same scheduler again has no effect.
 /// Throws Error, and adds nothing, if the library cannot be loaded, does not register the name or
 /// registers it twice, if the name is taken, or if the scheduler fails the check.
+/// `own`: the values of its own keys, with which it is checked.
 /// Thread safety: may be called from any thread.
 /// Real-time: no.
-void load_scheduler(const std::string& name, const std::string& library);
+void load_scheduler(const std::string& name, const std::string& library, const OwnValues& own = {});
 
 }  // namespace takt
 

@@ -40,7 +40,7 @@ class Callbacks {
   Callbacks& operator=(const Callbacks&) = delete;
 
   std::unique_ptr<Scheduler> make(std::string_view scheduler) const {
-    auto result = schedulers().make(scheduler);
+    auto result = schedulers().make(scheduler, {});
     result->configure(infos_);
     return result;
   }
@@ -103,7 +103,7 @@ TEST_P(EveryScheduler, HasADescription) {
 
 TEST_P(EveryScheduler, KeepsItsSideOfTheInterface) {
   EXPECT_NO_THROW(
-      check_scheduler(GetParam(), [name = GetParam()] { return schedulers().make(name); }));
+      check_scheduler(GetParam(), [name = GetParam()] { return schedulers().make(name, {}); }));
 }
 
 TEST_P(EveryScheduler, RunsEqualCallbacksInOrderOfArrivalHoweverTheyArePushed) {
@@ -165,7 +165,7 @@ TEST(Schedulers, AreRegisteredUnderTheirNames) {
   EXPECT_TRUE(schedulers().traits("edf").uses_time);
   EXPECT_FALSE(schedulers().traits("fifo").uses_time);
   EXPECT_EQ(schedulers().traits("fixed_priority").order, analysis::Order::by_urgency);
-  EXPECT_THAT([] { schedulers().make("fixed_prio"); },
+  EXPECT_THAT([] { schedulers().make("fixed_prio", {}); },
               ThrowsMessage<Error>(HasSubstr("no scheduler is called 'fixed_prio'")));
 }
 

@@ -330,7 +330,7 @@ void IntraProcessWriter::send_by_policies(MessageBlock& message, TimePoint publi
     message.set_references(kept + 1);
     return released.release(message);
   }
-  Arrival arrival{next_sequence(), {}};
+  Arrival arrival{next_sequence(), {}, message.envelope.root_release};
   bool wants_time = false;
   for (const IntraProcessReader* reader : readers) {
     if (reader->wants_time()) {

@@ -64,10 +64,11 @@ class IntraProcessReader {
     if (address_ != 0 && !is_for_us(message)) [[unlikely]]
       return released.release(message);
     ArrivalListener* listener = listener_.load();
-    const std::int64_t time_ns = arrival.ready_time.time_since_epoch().count();
+    const RingStamp stamp{arrival.sequence, arrival.ready_time.time_since_epoch().count(),
+                          arrival.root_time.time_since_epoch().count()};
     MessageBlock* old = listener != nullptr && listener->takes_here()
-                            ? ring_.push_here(&message, arrival.sequence, time_ns)
-                            : ring_.push(&message, arrival.sequence, time_ns);
+                            ? ring_.push_here(&message, stamp)
+                            : ring_.push(&message, stamp);
     if (old != nullptr && drop(*old)) released.add(*old);
     if (has_deadline_) [[unlikely]]
       events_->set_last_message(arrival.ready_time);

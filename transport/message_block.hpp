@@ -21,6 +21,7 @@ namespace TAKT_PUBLIC takt {
 struct Arrival {
   std::uint64_t sequence;
   TimePoint ready_time;
+  TimePoint root_time{};  // when its chain's first callback became ready; {}: it is that itself
 };
 
 /// Is notified of arrivals: an executor, or a wait set.

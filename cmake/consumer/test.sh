@@ -34,6 +34,9 @@ case $way in
     run "$work/build"
     ctest --test-dir "$work/build" --output-on-failure --no-tests=error
     run_messages "$work/build"
+    # An executor of ours, in a file with its own keys: 2 ms of each 10 ms, so a fifth of the time.
+    cp "$consumer/polling_server.yaml" "$work"
+    "$work/moved/bin/takt" run "$work/polling_server.yaml" --duration 1s --json - | "$consumer/polling_server.py"
     # What `takt new` writes builds, and its test passes.
     if command -v idlc >/dev/null; then
       (cd "$work" && moved/bin/takt new my_robot)

@@ -21,9 +21,16 @@ ExecutorOptions options_of(const ExecutorDescription& executor) {
           .wait = executor.wait,
           .per = executor.per,
           .trigger = executor.trigger,
+          .own = executor.own,
           .order = executor.order,
           .spin = executor.spin,
           .early_wake = executor.early_wake};
+}
+
+const OwnValues& own_values_of(const std::string& scheduler, const SystemDescription& system) {
+  static const OwnValues none;
+  const auto found = system.schedulers.find(scheduler);
+  return found != system.schedulers.end() ? found->second : none;
 }
 
 std::string full_name(const ComponentDescription& component) {

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/own_key.hpp"
 #include "takt/base/printable.hpp"
 #include "takt/base/regular_file.hpp"
 
@@ -97,10 +98,12 @@ bool Errors::passes(int line, const std::function<void()>& check) {
   try {
     check();
     return true;
+  } catch (const OwnValueError& error) {
+    add(error.line() != 0 ? error.line() : line, error.what(), {});
   } catch (const Error& error) {
     add(line, error.what(), {});
-    return false;
   }
+  return false;
 }
 
 void Errors::fail(int line, const std::string& what, const std::string& what_to_do) const {

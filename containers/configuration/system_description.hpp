@@ -40,11 +40,13 @@ struct ExecutorDescription {
   Nanoseconds spin{0}, early_wake{0};  // see ExecutorOptions
   Isolation per = Isolation::node;
   TriggerOptions trigger;
+  OwnValues own;  // of the keys that its type brings
   std::vector<std::string> order;
   SourceLine where;
 };
 
-/// What it says of the executor. Its threads are to be added: `threads:` describes them.
+/// What it says of the executor. Its threads are to be added: `threads:` describes them; and the
+/// values of its scheduler: own_values_of.
 ExecutorOptions options_of(const ExecutorDescription& executor);
 
 /// One entry of a component's `callback_groups:`.
@@ -182,6 +184,7 @@ struct SystemDescription {
   std::map<std::string, SourceLine, std::less<>> topic_lines;   // in a whole file only
   std::map<std::string, SourceLine, std::less<>> must_match;    // need publisher and subscription
   std::vector<ThreadDescription> threads;
+  std::map<std::string, OwnValues, std::less<>> schedulers;  // values of the keys that they bring
   std::vector<ExecutorDescription> executors;
   std::vector<ComponentDescription> components;
   std::map<std::string, RestartOptions, std::less<>> restarts;  // by the container's name
@@ -193,6 +196,9 @@ struct SystemDescription {
   SourceLine chains_where;
   std::vector<std::string> notes;  // remarks of the reader, for the user
 };
+
+/// The values of the keys that this scheduler brings; empty: the file has none.
+const OwnValues& own_values_of(const std::string& scheduler, const SystemDescription& system);
 
 /// The load policy of a process: that of its first container, which has the process's name.
 LoadPolicy load_policy(const SystemDescription& process);

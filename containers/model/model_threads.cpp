@@ -85,6 +85,11 @@ std::size_t ModelBuilder::part_of(const ModelledProcess& process,
     executor.let_period = trigger.let_period.count();
   } else if (trigger.own || trigger.kind != TriggerOptions::Kind::any) {
     executor.unknown = "its trigger may wait for ever; there are bounds for `any` only";
+  } else if (traits.rule != nullptr && !traits.triggered) {
+    executor.unknown = fmt::format("no method knows the rule of type '{}'", description->type);
+  } else if (traits.workers != nullptr) {
+    executor.unknown =
+        fmt::format("no method knows the workers' policy of type '{}'", description->type);
   }
   parts_.push_back({&process, &*description, scheduler, {}});
   add_threads(process, *description, callback, traits);

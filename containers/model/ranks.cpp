@@ -6,9 +6,9 @@
 
 namespace takt {
 
-std::vector<std::size_t> ranks_of(std::span<const CallbackInfo> infos,
-                                  const std::string& scheduler) {
-  const auto asked = schedulers().make(scheduler);
+std::vector<std::size_t> ranks_of(std::span<const CallbackInfo> infos, const std::string& scheduler,
+                                  const OwnValues& own) {
+  const auto asked = schedulers().make(scheduler, own);
   asked->configure(infos);
   const auto is_first = [&](std::size_t a, std::size_t b) {
     ReadyCallback first{.info = &infos[a], .sequence = 1}, second{.info = &infos[b], .sequence = 2};

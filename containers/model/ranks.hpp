@@ -16,8 +16,8 @@ namespace TAKT_INTERNAL takt {
 /// The places of callbacks that become ready at the same time, from 0. Those between which the
 /// order of arrival decides have the same. `infos` have the ids 0, 1, …
 /// Thread safety: a pure function. Real-time: no.
-std::vector<std::size_t> ranks_of(std::span<const CallbackInfo> infos,
-                                  const std::string& scheduler);
+std::vector<std::size_t> ranks_of(std::span<const CallbackInfo> infos, const std::string& scheduler,
+                                  const OwnValues& own = {});
 
 }  // namespace takt
 

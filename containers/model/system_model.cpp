@@ -340,7 +340,8 @@ void ModelBuilder::set_order(const ModelledPart& part) {
                        .group = group.first->second}));
   }
   const SchedulerTraits traits = schedulers().traits(part.scheduler);
-  const std::vector<std::size_t> ranks = ranks_of(infos, part.scheduler);
+  const std::vector<std::size_t> ranks =
+      ranks_of(infos, part.scheduler, own_values_of(part.scheduler, description_));
   for (std::size_t i = 0; i < infos.size(); ++i) {
     analysis::Callback& callback = model_.system.callbacks[part.callbacks[i]];
     callback.group = infos[i].group;

@@ -73,6 +73,9 @@ class ExecutorKind {
 inline constexpr const char* kNoTurns =
     "the traits of the scheduler say that it does not take turns";
 
+/// Why a test of `spin` does not run.
+inline constexpr const char* kNoSpin = "its workers are told apart, and spin for nobody";
+
 inline std::vector<std::string> executor_names() {
   std::vector<std::string> names = executors().names();
   for (const std::string& name : executors().names()) {

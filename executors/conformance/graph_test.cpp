@@ -420,7 +420,7 @@ class KnowsItsCallbacks : public Scheduler {
 
 // The scheduler that a removal brings has no room for what was removed: it must not hear of it.
 TEST(Schedulers, DoNotGetTheEndOfACallbackThatIsRemovedMeanwhile) {
-  schedulers().add("knowing", {"", [] { return std::make_unique<KnowsItsCallbacks>(); }});
+  schedulers().add("knowing", {"", make_scheduler<KnowsItsCallbacks>});
   const auto executor = executors().make("events", {.scheduler = "knowing"});
   const auto node = std::make_shared<Node>("node");
   const auto stays = node->create_guard_condition("stays", [] {});

@@ -67,7 +67,7 @@ class HookedScheduler : public Scheduler {
   static inline std::function<void()> on_configure, on_destroy;
   static const std::string& name() {
     static const std::string name = [] {
-      schedulers().add("hooked", {"", [] { return std::make_unique<HookedScheduler>(); }});
+      schedulers().add("hooked", {"", make_scheduler<HookedScheduler>});
       return "hooked";
     }();
     return name;

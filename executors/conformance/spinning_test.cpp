@@ -10,6 +10,9 @@ namespace {
 
 class ConformanceSpinning : public Conformance {
  public:
+  void SetUp() override {
+    if (traits_.workers != nullptr) GTEST_SKIP() << kNoSpin;
+  }
   /// Never asleep where a CPU is left to the test, else asleep only after a long time.
   std::unique_ptr<Executor> make_spinning(Clock& clock = Clock::steady()) const {
     ExecutorOptions options;

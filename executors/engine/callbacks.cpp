@@ -16,7 +16,7 @@
 namespace takt::detail {
 
 Callbacks::Callbacks(const ExecutorOptions& options, Dispatcher& dispatcher)
-    : options_(options), dispatcher_(dispatcher), changes_(dispatcher, options.scheduler) {
+    : options_(options), dispatcher_(dispatcher), changes_(dispatcher, options) {
   WaitInCallback::set_duty(Dispatcher::install_updates_here);
   if (options.watchdog != nullptr) options.watchdog->add(*this);
 }
@@ -147,7 +147,7 @@ std::unique_ptr<CallbackRecord> Callbacks::make_record(const std::shared_ptr<Ent
   }
   const auto& order = options_.order;
   const auto listed = std::find_if(order.begin(), order.end(), [&](const std::string& name) {
-    return is_called(*record, name);
+    return named(*record, {}).is_called(name);
   });
   const auto place = static_cast<std::uint32_t>(listed - order.begin());
   record->wanted.info = {.id = next_id_,
@@ -180,7 +180,7 @@ void Callbacks::add_entity(const std::shared_ptr<Entity>& entity, const Node& no
   of_entity_.emplace(entity.get(), &added);
   records_.emplace(added.key(), std::move(record));
   try {
-    added.is_watched = dispatcher_.workers().watch(*entity);
+    dispatcher_.workers().places().watch(added);
     changes_.added();
     if (is_spinning_) publish();
   } catch (...) {  // a user's scheduler refuses it: undo all
@@ -367,7 +367,7 @@ void Callbacks::remove(const std::vector<Record*>& records) noexcept {
 void Callbacks::take_from_lists(Record& record) noexcept {
   const auto entry = records_.find(record.key());
   if (entry == records_.end()) return;  // see undo_add
-  if (std::exchange(record.is_watched, false)) dispatcher_.workers().unwatch(*record.entity);
+  dispatcher_.workers().places().unwatch(record);
   of_entity_.erase(record.entity.get());
   removed_.push_back(std::move(entry->second));
   records_.erase(entry);
@@ -413,8 +413,8 @@ void Callbacks::begin_spin(Worker& worker, bool freezes) {
     throw Error("executor '" + options_.name + "' is spinning already",
                 "in a callback, make it a coroutine and co_await what it waits for");
   }
-  if (dispatcher_.workers().backend() == nullptr) choose_wait_backend();
-  dispatcher_.workers().backend()->prepare();
+  if (!dispatcher_.workers().places().are_chosen()) choose_wait_backend();
+  dispatcher_.workers().places().prepare();
   if (changes_.are_pending()) publish();
   is_spinning_ = true;
   is_frozen_ = freezes;
@@ -431,14 +431,14 @@ void Callbacks::end_spin(Worker& worker) noexcept {
 }
 
 void Callbacks::choose_wait_backend() {
-  Workers& workers = dispatcher_.workers();
-  workers.choose_backend(std::any_of(records_.begin(), records_.end(), [](const auto& entry) {
+  Places& places = dispatcher_.workers().places();
+  places.choose(std::any_of(records_.begin(), records_.end(), [](const auto& entry) {
     return entry.second->entity->watch().fd >= 0;
   }));
   try {
-    for (const auto& [id, record] : records_) record->is_watched = workers.watch(*record->entity);
+    for (const auto& [id, record] : records_) places.watch(*record);
   } catch (...) {
-    workers.forget_backend();
+    places.forget();
     for (const auto& [id, record] : records_) record->is_watched = false;
     throw;
   }
@@ -465,7 +465,7 @@ TimePoint Callbacks::next_release() const noexcept {
 
 std::size_t Callbacks::pending() const noexcept {
   const std::lock_guard lock(mutex_);
-  return dispatcher_.observation().pending(records_);
+  return dispatcher_.observation().pending(records_) + dispatcher_.held_back();
 }
 
 std::vector<CallbackStatistics> Callbacks::statistics() const {

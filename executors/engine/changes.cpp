@@ -89,7 +89,13 @@ std::unique_ptr<ScheduleUpdate> Changes::make(const CallbackRecords& records,
   }
   update->timers.reserve(records.size());
   update->next_snapshot.resize(records.size());
-  if (dispatcher_.rule() != nullptr) dispatcher_.rule()->prepare(*update);
+  if (const Rule* rule = dispatcher_.rule()) {
+    update->rule_inputs.resize(records.size());
+    if (rule->logical_outputs()) {
+      update->executions = std::make_shared<std::vector<Execution>>();
+      update->executions->reserve(records.size());
+    }
+  }
   return update;
 }
 
@@ -101,10 +107,10 @@ void Changes::configure(ScheduleUpdate& update) const {
     infos.push_back(record->wanted.info);
     members[record->exclusion.get()].push_back(record->wanted.info);
   }
-  update.scheduler = schedulers().make(scheduler_);
+  update.scheduler = schedulers().make(options_.scheduler, options_.scheduler_own);
   update.scheduler->configure(infos);
   for (auto& parking : update.parking) {
-    parking.scheduler = schedulers().make(scheduler_);
+    parking.scheduler = schedulers().make(options_.scheduler, options_.scheduler_own);
     parking.scheduler->configure(members[parking.exclusion]);
   }
 }

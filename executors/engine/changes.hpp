@@ -16,8 +16,9 @@ namespace takt::detail {
 /// Thread safety: none; the callbacks' mutex is held. Real-time: no.
 class Changes {
  public:
-  Changes(Dispatcher& dispatcher, const std::string& scheduler)
-      : dispatcher_(dispatcher), scheduler_(scheduler) {}
+  /// `options`: which scheduler.
+  Changes(Dispatcher& dispatcher, const ExecutorOptions& options)
+      : dispatcher_(dispatcher), options_(options) {}
 
   bool are_pending() const noexcept { return are_pending_; }
 
@@ -43,7 +44,7 @@ class Changes {
   void send(std::unique_ptr<ScheduleUpdate> update) noexcept;
 
   Dispatcher& dispatcher_;
-  const std::string& scheduler_;
+  const ExecutorOptions& options_;
   ScheduleUpdate changes_;   // only `removed` and `changed`
   bool are_pending_ = true;  // the first update brings the scheduler
 };

@@ -18,9 +18,10 @@ bool keeps_history(const std::string& scheduler) {
   return order == analysis::Order::arbitrary || order == analysis::Order::in_turns;
 }
 
-bool reads_clock(const ExecutorOptions& options) {
-  return options.statistics == StatisticsLevel::full || options.trace_events != 0 ||
-         options.clock->as_manual() != nullptr || schedulers().traits(options.scheduler).uses_time;
+bool reads_clock(const ExecutorOptions& options, const Rule* rule) {
+  return (rule != nullptr && rule->uses_time()) || options.statistics == StatisticsLevel::full ||
+         options.trace_events != 0 || options.clock->as_manual() != nullptr ||
+         schedulers().traits(options.scheduler).uses_time;
 }
 
 // The calling thread is in a callback that excludes the record's.
@@ -32,15 +33,16 @@ bool waits_for_this_thread(const CallbackRecord& record) noexcept {
 }  // namespace
 
 Dispatcher::Dispatcher(const ExecutorOptions& options, Readiness readiness,
-                       const std::vector<ThreadAttributes>& threads, ServingRule* rule,
-                       Observation& observation)
+                       const std::vector<ThreadAttributes>& threads, Rule* rule,
+                       const WorkersPolicy* policy, Observation& observation)
     : options_(options),
       rule_(rule),
       observation_(observation),
       times_take_(threads.size() > 1 || options.trace_events != 0 || observation.records_times()),
-      ready_(readiness, *options.clock, reads_clock(options), keeps_history(options.scheduler),
-             options.trigger.let_period > Nanoseconds::zero(), options.watchdog.get()),
-      workers_(options, threads, *this, ready_, updates_) {
+      ready_(readiness, *options.clock, reads_clock(options, rule),
+             keeps_history(options.scheduler), rule, policy != nullptr, options.watchdog.get()),
+      workers_(options, threads, policy, *this, ready_, updates_) {
+  if (rule != nullptr) rule_step_.emplace(*rule, *this);
 }
 
 // ---- How a callback becomes ready ----
@@ -54,7 +56,7 @@ void Dispatcher::announce(CallbackRecord& record, Arrival arrival) noexcept {
   if (is_mine && waits_for_this_thread(record) && record.state.is_executing()) {
     worker->runs_again = true;  // it looks for more when it settles
   } else if (ready_.announce(record, arrival) && !waits_for_this_thread(record)) {
-    workers_.notify(Workers::Search::asked);
+    workers_.notify_of(record);
   }
 }
 
@@ -64,10 +66,10 @@ void Dispatcher::announce(CallbackRecord& record, Arrival arrival) noexcept {
 [[gnu::flatten]] bool Dispatcher::run_next(Worker& worker,
                                            const ReadySet::Limits& limits) noexcept {
   install_update();
-  if (workers_.watch_file_descriptors()) [[unlikely]]
+  if (workers_.places().watch_file_descriptors()) [[unlikely]]
     workers_.look_at_file_descriptors();
-  if (rule_ != nullptr) [[unlikely]]
-    return rule_->run_next(*this, worker, limits);
+  if (rule_step_) [[unlikely]]
+    return rule_step_->run_next(worker, limits);
   return run_ready(worker, limits);
 }
 
@@ -180,7 +182,7 @@ void Dispatcher::call(Execution& execution) noexcept {
 void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes times) noexcept {
   CallbackRecord& record = *execution.record;
   const bool is_taken = execution.is_taken;
-  if (is_taken && options_.statistics != StatisticsLevel::off) ++record.executions;
+  if (is_taken && options_.statistics != StatisticsLevel::off) ++record.counts.executions;
   if (times.are_read) [[unlikely]] {
     if (lock().is_shared() || execution.is_checked || !is_taken) {
       ready_.timers().read_clock();
@@ -197,6 +199,8 @@ void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes tim
     if (is_taken && worker.trace != nullptr)
       Observation::trace(worker, record, execution.slot, times);
     ready_.report_execution(record, execution.as_picked, times.end - times.start);
+    if (rule_ != nullptr && rule_->uses_time())
+      rule_->done(execution.as_picked, execution.label, times.end - times.start);
   }
   const bool more = execution.slot.more || worker.runs_again;
   worker.runs_again = false;
@@ -246,7 +250,7 @@ void Dispatcher::install_pending_update() noexcept {
   ScheduleUpdate* const update = updates_.take();
   if (update == nullptr) return;
   ready_.install(*update);
-  if (rule_ != nullptr) rule_->install(*update);
+  if (rule_step_) rule_step_->install(*update);
   updates_.give_back(*update);
 }
 
@@ -263,7 +267,7 @@ void Dispatcher::begin() noexcept {
   ready_.timers().read_clock();
   has_just_run_ = false;
   // Between two spins no thread has waited for file descriptors.
-  if (workers_.watch_file_descriptors()) workers_.backend()->look();
+  if (workers_.places().watch_file_descriptors()) workers_.places().look();
 }
 
 bool Dispatcher::has_time_left(TimePoint limit) noexcept {

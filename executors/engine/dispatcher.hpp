@@ -6,13 +6,15 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
+#include "takt/entities/staged_outputs.hpp"
 #include "takt/executors/engine/dispatch_lock.hpp"
 #include "takt/executors/engine/observation.hpp"
 #include "takt/executors/engine/ready_set.hpp"
+#include "takt/executors/engine/rule_step.hpp"
 #include "takt/executors/engine/schedule_update.hpp"
-#include "takt/executors/engine/serving_rule.hpp"
 #include "takt/executors/engine/workers.hpp"
 #include "takt/executors/executor.hpp"
 
@@ -23,9 +25,9 @@ namespace takt::detail {
 /// Real-time: nothing allocates, or blocks but for the lock.
 class Dispatcher {
  public:
-  /// `rule`: nullptr, or the step of a triggered executor. They outlive the dispatcher.
+  /// `rule`, `policy`: nullptr, or those of the executor. They outlive the dispatcher.
   Dispatcher(const ExecutorOptions& options, Readiness readiness,
-             const std::vector<ThreadAttributes>& threads, ServingRule* rule,
+             const std::vector<ThreadAttributes>& threads, Rule* rule, const WorkersPolicy* policy,
              Observation& observation);
 
   DispatchLock& lock() noexcept TAKT_RETURNS_LOCK(workers_.lock()) { return workers_.lock(); }
@@ -33,7 +35,13 @@ class Dispatcher {
   Updates& updates() noexcept { return updates_; }
   Workers& workers() noexcept { return workers_; }
   Observation& observation() noexcept { return observation_; }
-  const ServingRule* rule() const noexcept { return rule_; }
+  const Rule* rule() const noexcept { return rule_; }
+  /// The last callback has run: with logical execution time, what waits is sent.
+  void end(ThreadStatistics& statistics) noexcept {
+    if (rule_step_) rule_step_->end(statistics);
+  }
+  /// Messages that wait for the end of a period.
+  std::size_t held_back() const noexcept { return rule_step_ ? rule_step_->held_back() : 0; }
 
   // ---- Any thread ----
 
@@ -69,12 +77,12 @@ class Dispatcher {
       install_pending_update();
   }
   void take_snapshot() noexcept TAKT_REQUIRES(workers_.lock()) {
-    rule_ != nullptr ? rule_->take_snapshot(ready_) : ready_.take_snapshot();
+    rule_step_ ? rule_step_->take_snapshot() : ready_.take_snapshot();
   }
   /// Returns false if there was nothing to run.
   bool run_next(Worker& worker, const ReadySet::Limits& limits) noexcept
       TAKT_REQUIRES(workers_.lock());
-  /// The same where no rule decides.
+  /// The same where no rule decides, or has decided.
   bool run_ready(Worker& worker, const ReadySet::Limits& limits) noexcept
       TAKT_REQUIRES(workers_.lock());
   /// Runs what has begun, and whose input is taken. `outputs`: where its messages wait.
@@ -107,11 +115,12 @@ class Dispatcher {
                                            std::exception_ptr exception) noexcept;
 
   const ExecutorOptions& options_;
-  ServingRule* const rule_;
+  Rule* const rule_;
   Observation& observation_;
   const bool times_take_;      // the callback's start is read, as it is later than the pick
   bool has_just_run_ = false;  // on an only worker: a brief callback, and nothing else since
   ReadySet ready_;
+  std::optional<RuleStep> rule_step_;
   Updates updates_;
   const ExceptionHandler* handler_ = nullptr;
   std::exception_ptr exception_ TAKT_GUARDED_BY(workers_.lock());

@@ -52,20 +52,37 @@ std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
   return threads;
 }
 
-std::unique_ptr<detail::ServingRule> rule_for(const ExecutorOptions& options,
-                                              const ExecutorTraits& traits) {
+std::unique_ptr<Rule> rule_for(const ExecutorOptions& options, const ExecutorTraits& traits) {
   if (options.per != Isolation::node) {
     throw Error(fmt::format("executor '{}' is of a type that does not isolate", options.name),
                 "leave out `per`, or choose 'isolated'");
   }
   const TriggerOptions& trigger = options.trigger;
-  if (!trigger.own && trigger.kind == TriggerOptions::Kind::any &&
-      trigger.let_period == Nanoseconds::zero()) {
-    return nullptr;
+  if (!traits.triggered && (trigger.own || trigger.kind != TriggerOptions::Kind::any ||
+                            trigger.let_period != Nanoseconds::zero())) {
+    throw Error(fmt::format("executor '{}' is of a type without trigger and period", options.name),
+                "leave out `trigger` and `let`, or choose 'triggered'");
   }
-  if (traits.triggered) return detail::make_serving_rule(options);
-  throw Error(fmt::format("executor '{}' is of a type without trigger and period", options.name),
-              "leave out `trigger` and `let`, or choose 'triggered'");
+  for (const OwnValue& value : options.own) {
+    if (std::none_of(traits.keys.begin(), traits.keys.end(),
+                     [&](const OwnKey& key) { return key.name == value.name; })) {
+      value.refuse(fmt::format("executor '{}' is of a type without this key", options.name));
+    }
+  }
+  return traits.rule != nullptr ? traits.rule(options) : nullptr;
+}
+
+std::unique_ptr<WorkersPolicy> policy_for(const ExecutorOptions& options,
+                                          const ExecutorTraits& traits) {
+  std::unique_ptr<WorkersPolicy> policy =
+      traits.workers != nullptr ? traits.workers(options) : nullptr;
+  if (policy == nullptr) return policy;
+  if (options.spin != Nanoseconds::zero() || options.early_wake != Nanoseconds::zero()) {
+    throw Error(fmt::format("executor '{}' tells its threads apart, so none spins for the others",
+                            options.name),
+                "leave out `spin` and `early_wake`");
+  }
+  return policy;
 }
 
 }  // namespace
@@ -75,11 +92,22 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
     : options_(effective(options, traits)),
       freezes_(traits.frozen),
       rule_(rule_for(options_, traits)),
+      policy_(policy_for(options_, traits)),
       observation_(options_, rule_.get()),
       dispatcher_(options_, traits.readiness, threads_for(options, traits), rule_.get(),
-                  observation_),
+                  policy_.get(), observation_),
       callbacks_(options_, dispatcher_),
       running_(workers().all().size()) {
+  const std::size_t threads = running_.size();
+  if (policy_ != nullptr && threads > kMostWorkers) {
+    throw Error(fmt::format("executor '{}' has {} threads", options.name, threads),
+                fmt::format("this type takes at most {}", kMostWorkers));
+  }
+  if (rule_ != nullptr && rule_->logical_outputs() && threads > 1) {
+    throw Error(fmt::format("executor '{}' has {} threads, and logical execution time",
+                            options.name, threads),
+                "give it one thread");
+  }
 }
 
 /// Lives as long as a spin, of any kind: there is only one at a time.
@@ -92,12 +120,14 @@ class DispatchingExecutor::Spin {
     Logger::instance().start();  // not in the first callback that logs
     executor.callbacks_.begin_spin(worker, executor.freezes_);
     executor.dispatcher_.set_handler(handler);
+    executor.workers().set_pool(handler != nullptr);
     executor.has_workers_.store(handler == nullptr);
   }
   ~Spin() {
     executor_.has_workers_.store(false);
     executor_.dispatcher_.set_handler(nullptr);
-    executor_.workers().backend()->leave(0);
+    executor_.workers().places().backend_of(0).leave(0);
+    executor_.workers().set_pool(false);
     executor_.callbacks_.end_spin(worker);
   }
   Spin(const Spin&) = delete;
@@ -122,7 +152,7 @@ void DispatchingExecutor::release_timers(bool released) noexcept {
 void DispatchingExecutor::work(Worker& worker) {
   if (worker.index != 0) worker.enter();
   { const ReadSection registers_this_thread; }
-  workers().backend()->enter(worker.index, worker.attributes);
+  workers().places().backend_of(worker.index).enter(worker.index, worker.attributes);
   running_[worker.index].store(gettid());
   const RealtimeScope scope;
   const Nanoseconds cpu_time = thread_cpu_time();
@@ -130,20 +160,21 @@ void DispatchingExecutor::work(Worker& worker) {
   {
     const std::lock_guard lock(dispatcher_.lock());
     workers().begin(worker);
+    const detail::ReadySet::Limits limits{.worker = workers().number_of(worker)};
     while (!workers().stopping()) {
-      if (!dispatcher_.run_next(worker, {})) [[unlikely]]
+      if (!dispatcher_.run_next(worker, limits)) [[unlikely]]
         dispatcher_.wait(worker, kNever);
     }
     workers().end();
   }
   ThreadStatistics& statistics = observation_.threads()[worker.index];
-  if (rule_ != nullptr) rule_->end(statistics);
+  dispatcher_.end(statistics);
   statistics.counters = scope.so_far();
   statistics.cpu_time = thread_cpu_time() - cpu_time;
   statistics.wall_time = Clock::steady().now() - start;
   statistics.spin_time = std::min(worker.spin_time, statistics.cpu_time);
   running_[worker.index].store(0);
-  workers().backend()->leave(worker.index);
+  workers().places().backend_of(worker.index).leave(worker.index);
 }
 
 std::vector<int> DispatchingExecutor::running_threads() const {

@@ -10,7 +10,6 @@
 #include "takt/executors/engine/callbacks.hpp"
 #include "takt/executors/engine/dispatcher.hpp"
 #include "takt/executors/engine/observation.hpp"
-#include "takt/executors/engine/serving_rule.hpp"
 #include "takt/executors/executor.hpp"
 
 namespace takt {
@@ -81,7 +80,8 @@ class DispatchingExecutor final : public Executor {
   /// A descriptor for another wait back end, ready when a file descriptor of this executor is; -1
   /// if it has none. Call it only on the thread of the last spin, after that spin.
   int wait_fd() noexcept {
-    return workers().watch_file_descriptors() ? workers().backend()->fd() : -1;
+    detail::Places& places = workers().places();
+    return places.watch_file_descriptors() ? places.backend_of(0).fd() : -1;
   }
   /// The observer is woken when a callback becomes ready and no worker sleeps.
   void set_observer(Wakeable* observer) noexcept { workers().set_observer(observer); }
@@ -100,7 +100,8 @@ class DispatchingExecutor final : public Executor {
 
   const ExecutorOptions options_;
   const bool freezes_;
-  const std::unique_ptr<detail::ServingRule> rule_;
+  const std::unique_ptr<Rule> rule_;
+  const std::unique_ptr<WorkersPolicy> policy_;
   detail::Observation observation_;
   detail::Dispatcher dispatcher_;
   detail::Callbacks callbacks_;

@@ -168,7 +168,7 @@ void Observation::report(const Miss& miss) noexcept {
 
 // ---- Statistics ----
 
-// What waits for a trigger may wait for ever: it is not pending.
+// What waits for a trigger, say, may wait for ever: it is not pending.
 bool Observation::is_pending(const CallbackRecord& record) const noexcept {
   // In this order: a thread that sees that a message was taken sees that its callback executes. It
   // reads the entity's kind, because a worker may be changing the record's.
@@ -176,11 +176,11 @@ bool Observation::is_pending(const CallbackRecord& record) const noexcept {
   const bool has_input = !is_timer && record.entity->ready_count() != 0;
   const bool is_ready = has_input || record.state.state() != RecordState::idle ||
                         (record.is_announced.load() && !is_timer);
-  return (is_ready && (rule_ == nullptr || rule_->is_open())) || record.state.is_executing();
+  return (is_ready && !is_closed_.load() && !record.is_held.load()) || record.state.is_executing();
 }
 
 std::size_t Observation::pending(const CallbackRecords& records) const noexcept {
-  std::size_t count = rule_ != nullptr ? rule_->held_back() : 0;
+  std::size_t count = 0;
   for (const auto& [id, record] : records) count += is_pending(*record) ? 1 : 0;
   return count;
 }
@@ -189,7 +189,7 @@ std::size_t Observation::pending(const CallbackRecords& records) const noexcept 
 CallbackStatistics Observation::statistics_of(const CallbackRecord& record) const {
   CallbackStatistics statistics;
   const bool is_timer = record.entity->kind() == EntityKind::timer;
-  statistics.received = record.executions;
+  statistics.received = record.counts.executions;
   statistics.with_period = record.counts.with_period;
   statistics.late = record.counts.late;
   statistics.too_late = record.counts.too_late;
@@ -201,8 +201,8 @@ CallbackStatistics Observation::statistics_of(const CallbackRecord& record) cons
   }
   const bool is_removed = record.state.is_removed();
   // What waits for its trigger, or for a callback that was removed, is not lost.
-  const bool has_trigger = rule_ != nullptr && rule_->has_trigger();
-  const Entity::Counts counts = record.entity_counts(has_trigger || is_removed);
+  const bool may_wait = rule_ != nullptr && rule_->may_hold_for_ever();
+  const Entity::Counts counts = record.entity_counts(may_wait || is_removed);
   statistics.node = record.node;
   statistics.group = record.group->name();
   statistics.callback = record.entity->name();

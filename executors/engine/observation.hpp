@@ -13,7 +13,6 @@
 #include "takt/executors/engine/dispatch_lock.hpp"
 #include "takt/executors/engine/past_statistics.hpp"
 #include "takt/executors/engine/record.hpp"
-#include "takt/executors/engine/serving_rule.hpp"
 #include "takt/executors/engine/workers.hpp"
 #include "takt/executors/executor.hpp"
 
@@ -40,8 +39,7 @@ struct ExecutionTimes {
 class Observation {
  public:
   /// `rule`: nullptr if there is none.
-  Observation(const ExecutorOptions& options, const ServingRule* rule)
-      : options_(options), rule_(rule) {}
+  Observation(const ExecutorOptions& options, const Rule* rule) : options_(options), rule_(rule) {}
 
   // ---- Workers ----
 
@@ -57,6 +55,8 @@ class Observation {
   [[gnu::cold, gnu::noinline]] void check_limits(DispatchLock& dispatch_lock, const Worker& worker,
                                                  Execution& execution, const Dispatch& dispatch,
                                                  const ExecutionTimes& times);
+  /// What waits for the rule to open may wait for ever, or does not.
+  void set_closed(bool closed) noexcept { is_closed_.store(closed); }
   /// With the dispatch lock held.
   void record_times(CallbackRecord& record, const Slot& slot, const ExecutionTimes& times) noexcept;
   [[gnu::cold, gnu::noinline]] static void trace(Worker& worker, CallbackRecord& record,
@@ -106,7 +106,8 @@ class Observation {
   static Traced traced(const CallbackRecord& record);
 
   const ExecutorOptions& options_;
-  const ServingRule* const rule_;
+  const Rule* const rule_;
+  std::atomic<bool> is_closed_{false};    // by the rule, perhaps for ever
   std::atomic<TimePoint> timers_held_{};  // since when; {}: they are not
   std::vector<ThreadStatistics> threads_;
   PastStatistics past_;                  // of removed callbacks

@@ -8,18 +8,21 @@
 namespace takt::detail {
 
 bool ReadySet::has_another() noexcept {
+  if (!selection_.is_open()) return false;
   if (keeps_history_) return waiting_ != 0 || in_next_snapshot_ != 0 || !inbox_.empty();
   for (;;) {
     take_snapshot();
     ReadyCallback* const first = pop();
     if (first == nullptr) return false;
-    Exclusion& exclusion = *static_cast<CallbackRecord&>(*first).exclusion;
+    auto& record = static_cast<CallbackRecord&>(*first);
+    if (selection_.holds(record)) continue;
+    Exclusion& exclusion = *record.exclusion;
     if (exclusion.is_free()) {
       hand_back(first);
       return true;
     }
     exclusion.park(*first);
-    static_cast<CallbackRecord*>(first)->state.park();
+    record.state.park();
   }
 }
 
@@ -27,6 +30,7 @@ bool ReadySet::has_another() noexcept {
 // Removed records are left out: the update has no room for them.
 void ReadySet::install(ScheduleUpdate& update) noexcept {
   restore_deferred();
+  restore(selection_.take_held());
   ReadyCallback* first = nullptr;
   ReadyCallback** end = &first;
   while (ReadyCallback* callback = scheduler_ != nullptr ? pop() : nullptr) {
@@ -146,11 +150,8 @@ void ReadySet::release_due_timers() noexcept {
   }
 }
 
-void ReadySet::restore_deferred() noexcept {
-  while (deferred_ != nullptr) {
-    ReadyCallback* callback = std::exchange(deferred_, deferred_->next);
-    hand_back(callback);
-  }
+void ReadySet::restore(ReadyCallback* first) noexcept {
+  while (first != nullptr) hand_back(std::exchange(first, first->next));
 }
 
 }  // namespace takt::detail

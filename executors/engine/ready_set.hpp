@@ -18,6 +18,7 @@
 #include "takt/entities/entity.hpp"
 #include "takt/executors/engine/record.hpp"
 #include "takt/executors/engine/schedule_update.hpp"
+#include "takt/executors/engine/selection.hpp"
 #include "takt/executors/engine/timer_queue.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/executors/watchdog.hpp"
@@ -34,15 +35,15 @@ class ReadySet {
   /// `exact_time`: the clock is read after every callback, to report to the scheduler how long it
   /// ran. Otherwise only to look for due timers: when nothing else is ready, and about every two
   /// microseconds, see TimerQueue. `keeps_history`: the scheduler must not be asked in vain.
-  /// `has_period`: nothing is served before open_at, and what arrives wakes nobody.
-  ReadySet(Readiness readiness, Clock& clock, bool exact_time, bool keeps_history, bool has_period,
-           Watchdog* watchdog)
+  /// `rule`, `are_told_apart`: not each worker may take each callback at any time.
+  ReadySet(Readiness readiness, Clock& clock, bool exact_time, bool keeps_history, const Rule* rule,
+           bool are_told_apart, Watchdog* watchdog)
       : readiness_(readiness),
         windows_ahead_(readiness == Readiness::wait_set ? 0 : 1),
         watchdog_(watchdog),
         keeps_history_(keeps_history),
-        has_period_(has_period),
         exact_time_(exact_time),
+        selection_(rule, are_told_apart),
         timers_(clock) {}
 
   TimerQueue& timers() noexcept { return timers_; }
@@ -58,22 +59,24 @@ class ReadySet {
       return false;  // most announcements of a busy callback end here
     record.announced = arrival;
     inbox_.push(record);
-    return !has_period_;
+    return !selection_.is_logical();
   }
   /// The worker itself, in a callback, serialised: an entity became ready.
   void announce_from_worker(CallbackRecord& record, Arrival arrival) noexcept {
     if (record.state.make_ready(record.is_announced)) enqueue(record, arrival);
   }
   /// Something for which a worker has to wake up.
-  bool has_announcements() const noexcept { return !has_period_ && !inbox_.empty(); }
+  bool has_announcements() const noexcept { return !selection_.is_logical() && !inbox_.empty(); }
+  Selection& selection() noexcept { return selection_; }
 
   /// Installs the update and leaves in it what it replaces.
   void install(ScheduleUpdate& update) noexcept;
 
   /// What `next` may do.
   struct Limits {
-    std::uint64_t last_sequence = UINT64_MAX;  // events: run nothing that arrived later
-    bool may_poll = true;                      // look for new announcements and due timers
+    std::uint64_t last_sequence = UINT64_MAX;    // events: run nothing that arrived later
+    bool may_poll = true;                        // look for new announcements and due timers
+    std::size_t worker = Selection::kAnyWorker;  // who asks, if a policy tells workers apart
   };
   /// The callback to run next, or nullptr. Its execution has begun, and ends with `finished`.
   CallbackRecord* next(const Limits& limits) noexcept;
@@ -89,6 +92,8 @@ class ReadySet {
   }
   /// Whether the snapshot has callbacks that were not picked.
   bool has_unfinished() const noexcept { return waiting_ != 0; }
+  /// Whether a polling point would find more than timers.
+  bool has_more() const noexcept { return in_next_snapshot_ != 0 || !inbox_.empty(); }
   /// Looks for announcements and due timers: a polling point.
   void poll() noexcept;
 
@@ -106,16 +111,22 @@ class ReadySet {
   void finished(CallbackRecord& record, bool more) noexcept;
 
   /// Gives back what `next` has put aside because of Limits::last_sequence.
-  void restore_deferred() noexcept;
+  void restore_deferred() noexcept { restore(std::exchange(deferred_, nullptr)); }
+  /// Gives back callbacks that were put aside, linked by next.
+  void restore(ReadyCallback* first) noexcept;
 
   bool is_wait_set() const noexcept { return readiness_ == Readiness::wait_set; }
-  /// When the first timer is due, kNever when there is none; or when the period ends.
+  /// When the first timer is due, kNever when there is none; or when the rule must look before.
   TimePoint next_release() const noexcept {
-    if (has_period_) [[unlikely]]
-      return opens_at_;
+    if (selection_.is_needed()) [[unlikely]]
+      return selection_.release_or_opening(timers_.next_release(), waiting_ != 0);
     return timers_.next_release();
   }
-  void open_at(TimePoint end_of_period) noexcept { opens_at_ = end_of_period; }
+  /// The same for the timers that match: O(timers).
+  template <class Matches>
+  TimePoint next_release_of(Matches&& matches) const noexcept {
+    return selection_.release_or_opening(timers_.next_release_of(matches), waiting_ != 0);
+  }
 
  private:
   void enqueue(CallbackRecord& record, Arrival arrival) noexcept;
@@ -138,10 +149,9 @@ class ReadySet {
   const std::uint64_t windows_ahead_;
   Watchdog* const watchdog_;
   const bool keeps_history_;
-  const bool has_period_;
   std::atomic<bool> exact_time_;  // written at a dispatch point
-  TimePoint opens_at_{};
   std::unique_ptr<Scheduler> scheduler_;
+  Selection selection_;
   // Wait sets: what has become ready since the polling point. An array, as a list would write into
   // records that another worker has.
   std::vector<ReadyCallback*> next_snapshot_;
@@ -161,12 +171,17 @@ class ReadySet {
 // Puts it back into the scheduler, with its old order of arrival.
 inline void ReadySet::hand_back(ReadyCallback* callback) noexcept {
   ++waiting_;
+  if (selection_.counts()) [[unlikely]]
+    selection_.count(*callback, 1);
   scheduler_->push(*callback);
 }
 
 inline ReadyCallback* ReadySet::pop() noexcept {
   ReadyCallback* const first = scheduler_->pop();
-  if (first != nullptr) --waiting_;
+  if (first == nullptr) return first;
+  --waiting_;
+  if (selection_.counts()) [[unlikely]]
+    selection_.count(*first, -1);
   return first;
 }
 
@@ -211,17 +226,23 @@ inline CallbackRecord* ReadySet::pick(const Limits& limits) noexcept {
 }
 
 inline CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
-  while (CallbackRecord* record = pick(limits)) {
+  CallbackRecord* record = nullptr;
+  while ((record = pick(limits)) != nullptr) {
     if (record->sequence > limits.last_sequence) {
       record->next = std::exchange(deferred_, record);
+    } else if (selection_.is_needed() && selection_.puts_aside(*record, limits.worker))
+        [[unlikely]] {
+      continue;
     } else if (record->exclusion->admit(*record)) {
       record->state.begin();
-      return record;
+      break;
     } else {
       record->state.park();
     }
   }
-  return nullptr;
+  if (selection_.counts()) [[unlikely]]
+    restore(selection_.take_passed_over());
+  return record;
 }
 
 // The group's first parked callback may compete again.

@@ -6,6 +6,9 @@
 #include <mutex>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
 #include "takt/entities/wait_in_callback.hpp"
 #include "takt/executors/engine/callbacks.hpp"
 #include "takt/executors/engine/dispatcher.hpp"
@@ -44,6 +47,7 @@ CallbackRecord::CallbackRecord(Callbacks& owner, Dispatcher& by, std::shared_ptr
 
 void CallbackRecord::set(const CallbackSettings& now) noexcept {
   settings = now;
+  workers.store(settings.workers);
   demoted_info = settings.info;
   demoted_info.priority = std::numeric_limits<int>::min();
   demoted_info.criticality = std::numeric_limits<int>::min();
@@ -175,14 +179,8 @@ Entity::Counts CallbackRecord::entity_counts(bool all_is_served) const noexcept 
   return since;
 }
 
-bool is_called(const CallbackRecord& record, std::string_view name) noexcept {
-  const std::string_view node = std::string_view(record.supervision->node).substr(1);
-  const std::string_view callback = record.supervision->callback;
-  if (name.starts_with('/')) name.remove_prefix(1);
-  if (!name.starts_with(node) || name.size() <= node.size() || name[node.size()] != '/')
-    return false;
-  name.remove_prefix(node.size() + 1);
-  return name == callback || (callback.starts_with('/') && name == callback.substr(1));
+NamedCallback named(const CallbackRecord& record, const CallbackInfo& info) noexcept {
+  return {record.supervision->node, record.supervision->callback, info};
 }
 
 CallbackSettings settings_of(const CallbackRecord& record, const Node& node) {
@@ -190,6 +188,17 @@ CallbackSettings settings_of(const CallbackRecord& record, const Node& node) {
   settings.overrun =
       node.callback_parameters(*record.entity).overrun.value_or(OverrunPolicy::catch_up);
   settings.info = callback_info(node, *record.entity, record.wanted.info);
+  const NamedCallback callback = named(record, settings.info);
+  try {
+    if (const Rule* rule = record.dispatcher.rule()) settings.label = rule->label(callback);
+    settings.workers = record.dispatcher.workers().that_may_take(callback);
+  } catch (const Error&) {
+    throw;
+  } catch (...) {
+    throw Error(fmt::format("the rule or the workers' policy of '{}/{}' throws: {}", record.node,
+                            callback.callback, text_of(std::current_exception())),
+                "let it throw takt::Error for a callback that it refuses, and nothing else");
+  }
   return settings;
 }
 

@@ -28,6 +28,8 @@ class Dispatcher;
 struct CallbackSettings {
   CallbackInfo info;
   OverrunPolicy overrun = OverrunPolicy::catch_up;
+  std::uint64_t label = 0;           // what the executor's rule has said of it
+  WorkerSet workers = ~WorkerSet{};  // that may take it
 
   friend bool operator==(const CallbackSettings&, const CallbackSettings&) = default;
 };
@@ -64,12 +66,12 @@ struct Supervision {
 /// which nothing shares that publishers read. Serialised by the executor, but for the state.
 struct alignas(64) DispatchState : ReadyCallback {
   RecordState state;
-  Counter<> executions;  // counted where there are statistics
 };
 static_assert(sizeof(DispatchState) == 64);
 
 /// What else dispatches count of a callback.
 struct DispatchCounts {
+  Counter<> executions;
   Counter<> with_period, late, too_late, deadline_misses, overruns;
   Counter<> discarded;  // messages of aborted chain instances
 };
@@ -106,17 +108,20 @@ struct CallbackRecord final : DispatchState, Sink {
 
   // Dispatches write what follows, too: no publisher reads it.
   alignas(64) DispatchCounts counts;
-  std::uint64_t lost_before = 0;  // what the entity had lost when last traced
+  std::uint64_t lost_before = 0;     // what the entity had lost when last traced
+  std::atomic<bool> is_held{false};  // by the rule, perhaps for ever
 
   // Publishers read the mark, and the one that sets it writes the rest: a cache line that the
   // worker does not write each time.
   alignas(64) RecordState::Mark is_announced{false};
   Arrival announced{};
   CallbackRecord* inbox_next = nullptr;
+  std::atomic<WorkerSet> workers{~WorkerSet{}};  // as in its settings
 
   void arrived(Arrival arrival) noexcept {
     sequence = arrival.sequence;
     ready_time = arrival.ready_time;
+    root_ready_time = arrival.root_time != TimePoint{} ? arrival.root_time : arrival.ready_time;
   }
   /// It must be in no scheduler.
   void set(const CallbackSettings& settings) noexcept;
@@ -181,20 +186,25 @@ using RemovedRecords = std::vector<std::unique_ptr<CallbackRecord>>;
 /// What a worker knows of a callback from when it has picked it until it has run.
 struct Execution {
   explicit Execution(CallbackRecord& picked)
-      : record(&picked), as_picked(picked), is_checked(picked.is_checked) {
+      : record(&picked),
+        as_picked(picked),
+        label(picked.settings.label),
+        is_checked(picked.is_checked) {
     slot.sequence = picked.sequence;
   }
   CallbackRecord* record;
   ReadyCallback as_picked;
-  bool is_checked;  // when it was picked
+  std::uint64_t label;  // of the rule; it and what follows as it was picked
+  bool is_checked;
   bool is_taken = false;
   Slot slot;
 };
 
-/// Whether this is the record's name: "node/callback", with or without the first slash of either.
-bool is_called(const CallbackRecord& record, std::string_view name) noexcept;
+/// For rules and workers' policies.
+NamedCallback named(const CallbackRecord& record, const CallbackInfo& info) noexcept;
 
-/// The wanted settings, with the parameters that the callback has in its node now.
+/// The wanted settings, with the parameters that the callback has in its node now. Throws what a
+/// user's rule or workers' policy throws.
 CallbackSettings settings_of(const CallbackRecord& record, const Node& node);
 
 /// Whether each execution has limits to keep, or is measured as part of a chain.

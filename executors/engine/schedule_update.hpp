@@ -38,8 +38,8 @@ struct ScheduleUpdate {
   std::vector<Change> changed;  // in order: the last one applies
   std::vector<CallbackRecord*> all;
   bool reads_clock = false;                            // from now on
-  std::vector<TriggerInput> trigger_inputs;            // with a trigger: room for all
-  std::shared_ptr<std::vector<Execution>> executions;  // with a period: room for all
+  std::vector<TriggerInput> rule_inputs;               // with a rule: room for all
+  std::shared_ptr<std::vector<Execution>> executions;  // with logical execution time: the same
   ScheduleUpdate* inbox_next = nullptr;
 };
 

@@ -49,6 +49,16 @@ class TimerQueue {
   TimePoint next_release() const noexcept {
     return entries_.empty() || timers_are_held() ? kNever : entries_.front().first;
   }
+  /// The first of those that match (`bool(const CallbackRecord&, TimePoint release)`). O(n).
+  template <class Matches>
+  TimePoint next_release_of(Matches&& matches) const noexcept {
+    TimePoint first = kNever;
+    if (timers_are_held()) return first;
+    for (const auto& [release, record] : entries_) {
+      if (release < first && matches(*record, release)) first = release;
+    }
+    return first;
+  }
   /// When a timer may need another worker than the one that wakes up for the first: that one is due
   /// again, or one of another group is due. As far as it is known; kNever when it is not.
   TimePoint release_beside_first() const noexcept;

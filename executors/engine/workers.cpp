@@ -22,12 +22,15 @@ constexpr Nanoseconds kMoment(1'000);
 [[gnu::tls_model("initial-exec")]] thread_local constinit Worker* Worker::current_ = nullptr;
 
 Workers::Workers(const ExecutorOptions& options, const std::vector<ThreadAttributes>& threads,
-                 Dispatcher& dispatcher, ReadySet& ready, const Updates& updates)
+                 const WorkersPolicy* policy, Dispatcher& dispatcher, ReadySet& ready,
+                 const Updates& updates)
     : options_(options),
+      policy_(policy),
       lock_(threads.size() > 1),
       ready_(ready),
       updates_(updates),
-      all_(threads.size()) {
+      all_(threads.size()),
+      places_(options, threads.size(), policy != nullptr) {
   const bool is_manual = options.clock->as_manual() != nullptr;
   for (std::size_t i = 0; i < threads.size(); ++i) {
     const ThreadAttributes& thread = threads[i];
@@ -40,41 +43,10 @@ Workers::Workers(const ExecutorOptions& options, const std::vector<ThreadAttribu
     all_[i].dispatcher = &dispatcher;
     if (options.trace_events != 0)
       all_[i].trace = std::make_unique<TraceRing>(options.trace_events);
-    all_[i].may_search = lock_.is_shared() && !is_manual &&
+    all_[i].may_search = lock_.is_shared() && !is_manual && policy == nullptr &&
                          std::all_of(threads.begin(), threads.end(), is_not_above);
   }
-  if (options.wait != kAutoWait || is_manual) choose_backend(false);
-}
-
-// ---- The wait back end ----
-
-void Workers::choose_backend(bool has_file_descriptors) {
-  backend_ = make_wait_backend(options_.wait, *options_.clock, all_.size(), has_file_descriptors);
-}
-
-void Workers::forget_backend() noexcept {
-  backend_.reset();
-  watched_.store(0);
-}
-
-bool Workers::watch(Entity& entity) {
-  const Watch watch = entity.watch();
-  if (watch.fd < 0 || backend_ == nullptr) return false;
-  if (!backend_->serves_file_descriptors()) {
-    const bool is_auto = options_.wait == kAutoWait;
-    throw Error(fmt::format("executor '{}' waits by '{}', which cannot serve file descriptor '{}'",
-                            options_.name, is_auto ? "futex" : options_.wait, entity.name()),
-                is_auto ? "add the first one before the first spin, or choose `wait: epoll`"
-                        : "choose `wait: epoll`, or leave it out");
-  }
-  backend_->watch(watch);
-  watched_.fetch_add(1);
-  return true;
-}
-
-void Workers::unwatch(Entity& entity) noexcept {
-  backend_->unwatch(entity.watch().listener);
-  watched_.fetch_sub(1);
+  if (options.wait != kAutoWait || is_manual) places_.choose(false);
 }
 
 // Sleeping workers are woken for file descriptors. While none sleeps, a busy one polls them from
@@ -84,7 +56,18 @@ void Workers::look_at_file_descriptors() noexcept {
   const TimePoint now = options_.clock->now();
   if (options_.clock->as_manual() == nullptr && now - last_look_ < kBetweenLooks) return;
   last_look_ = now;
-  backend_->look();
+  places_.look();
+}
+
+WorkerSet Workers::that_may_take(const NamedCallback& callback) const {
+  const WorkerSet all = ~WorkerSet{} >> (kMostWorkers - std::min(all_.size(), kMostWorkers));
+  if (policy_ == nullptr) return all;
+  std::vector<ThreadAttributes> threads;
+  for (const Worker& worker : all_) threads.push_back(worker.attributes);
+  if (const WorkerSet set = policy_->workers_of(callback, threads) & all; set != 0) return set;
+  throw Error(fmt::format("executor '{}': no thread may take callback '{}' of '{}'", options_.name,
+                          callback.callback, callback.node),
+              "let its workers' policy name one, or give the executor more threads");
 }
 
 // ---- What wakes a worker ----
@@ -98,16 +81,41 @@ void Workers::notify(Search what) noexcept {
     if (state == Search::called && what == Search::called) break;  // it has not come: preempted?
     if (state >= what || search_.compare_exchange_weak(state, what)) return;
   }
-  if (sleepers_.wake([this] { backend_->post(); })) return;
+  if (places_.wake_one_of(~WorkerSet{})) return;
   if (Wakeable* observer = observer_.load()) observer->wake();
 }
 
 void Workers::wake_all() noexcept {
   wake();
-  sleepers_.wake_all([this] { backend_->post(); });
+  places_.wake_all();
+}
+
+// Each that sleeps and has something to run, or a release before that for which it waits: when this
+// worker executes or sleeps, nobody else tells it. A callback is counted before this worker looks
+// which sleep, and one that goes to sleep says so before it looks at the count.
+void Workers::pass_on_to_each() noexcept {
+  if (ready_.selection().is_open()) ready_.take_snapshot();
+  for (Worker& other : all_) {
+    if (!places_.sleepers_of(other.index).would_wake()) continue;
+    if (ready_.selection().may_run(other.index) || own_release(other) < other.waits_until)
+      places_.wake_one_of(WorkerSet{1} << other.index);
+  }
 }
 
 // ---- What a worker does that waits ----
+
+// The first that it may take, and for which no worker before it waits.
+TimePoint Workers::own_release(const Worker& worker) const noexcept {
+  return ready_.next_release_of([&](const CallbackRecord& record, TimePoint release) {
+    const WorkerSet may_take = record.settings.workers;
+    return (may_take >> worker.index & 1) != 0 &&
+           std::none_of(all_.begin(), all_.begin() + static_cast<std::ptrdiff_t>(worker.index),
+                        [&](const Worker& before) {
+                          return (may_take >> before.index & 1) != 0 &&
+                                 before.waits_until <= release;
+                        });
+  });
+}
 
 // Until this time, kNever if for no release, the worker waits.
 void Workers::set_wait(Worker& worker, TimePoint until) noexcept {
@@ -119,11 +127,12 @@ void Workers::set_wait(Worker& worker, TimePoint until) noexcept {
 // The release for which the worker has to wake up: the first one, if no other waits for that. When
 // the other has woken up it may be busy for long, and should not have to wake this one before. So
 // one more waits for what may come next.
-TimePoint Workers::release_to_wait_for() const noexcept {
+TimePoint Workers::release_to_wait_for(const Worker& worker) const noexcept {
+  if (are_apart_.load()) return own_release(worker);
   const TimePoint first = ready_.next_release();
   if (first < first_wait_) return first;
-  const auto waiting = std::count_if(
-      all_.begin(), all_.end(), [](const Worker& worker) { return worker.waits_until != kNever; });
+  const auto waiting = std::count_if(all_.begin(), all_.end(),
+                                     [](const Worker& each) { return each.waits_until != kNever; });
   const bool are_parallel = lock_.is_shared() && options_.clock->as_manual() == nullptr;
   return waiting == 1 && are_parallel ? ready_.timers().release_beside_first() : kNever;
 }
@@ -138,7 +147,8 @@ Nanoseconds Workers::patience_of(const Worker& worker) const noexcept {
       release <= later(ready_.timers().now(), options_.early_wake)) {
     return Nanoseconds::max();
   }
-  const bool others_work = lock_.is_shared() && sleepers_.idle() + 1 < working_;
+  const bool others_work =
+      lock_.is_shared() && !are_apart_.load() && places_.sleepers_of(0).idle() + 1 < working_;
   return others_work ? std::max(options_.spin, kPatience) : options_.spin;
 }
 
@@ -165,8 +175,8 @@ bool Workers::search(Worker& worker, TimePoint until, Nanoseconds patience,
         search_.compare_exchange_strong(asked, Search::quiet)) {
       last = now;
     }
-    has_found = must_look(expected) || search_.load() == Search::called ||
-                (watch_file_descriptors() && backend_->look());
+    has_found = must_look(worker, expected) || search_.load() == Search::called ||
+                (places_.watch_file_descriptors() && places_.look());
   } while (!has_found && now < until && now - last < patience);
   lock_.lock();
   if (lock_.is_shared() && search_.exchange(Search::none) != Search::quiet) has_found = true;
@@ -182,17 +192,20 @@ bool Workers::wait(Worker& worker, TimePoint limit, const FutureState* future) n
   const Nanoseconds patience = patience_of(worker);
   if (patience != Nanoseconds::zero() &&
       search(worker, std::min(limit, ready_.next_release()), patience, expected)) {
-    return ready_.timers().now() < limit || must_look(expected);
+    return ready_.timers().now() < limit || must_look(worker, expected);
   }
-  const TimePoint release = release_to_wait_for();
+  const TimePoint release = release_to_wait_for(worker);
   TimePoint end = std::min(limit, release);
   if (end == release && end != kNever && may_search(worker)) end -= options_.early_wake;
   if (end != kNever) wake_up_on_time();
   set_wait(worker, release);
-  sleepers_.begin();
-  const bool is_needed = must_look(expected);
+  if (are_apart_.load()) [[unlikely]]
+    pass_on_to_each();  // to those that must not rely on this one
+  Sleepers& sleepers = places_.sleepers_of(worker.index);
+  sleepers.begin();
+  const bool is_needed = must_look(worker, expected);
   lock_.unlock();
-  sleepers_.end(!is_needed && backend_->wait(worker.index, end));
+  sleepers.end(!is_needed && places_.backend_of(worker.index).wait(worker.index, end));
   lock_.lock();
   set_wait(worker, kNever);
   ready_.timers().read_clock();

@@ -10,11 +10,10 @@
 #include <vector>
 
 #include "takt/executors/engine/dispatch_lock.hpp"
+#include "takt/executors/engine/places.hpp"
 #include "takt/executors/engine/ready_set.hpp"
 #include "takt/executors/engine/schedule_update.hpp"
 #include "takt/executors/executor.hpp"
-#include "takt/executors/wait_backends/sleepers.hpp"
-#include "takt/executors/wait_backends/wait_backend.hpp"
 
 namespace takt::detail {
 
@@ -57,29 +56,37 @@ class Workers final : public Wakeable {
     called,  // it has to come: there is something to run, or to wait for
   };
 
+  /// `policy`: nullptr if any worker may take each callback.
   Workers(const ExecutorOptions& options, const std::vector<ThreadAttributes>& threads,
-          Dispatcher& dispatcher, ReadySet& ready, const Updates& updates);
+          const WorkersPolicy* policy, Dispatcher& dispatcher, ReadySet& ready,
+          const Updates& updates);
 
   DispatchLock& lock() noexcept TAKT_RETURNS_LOCK(lock_) { return lock_; }
   const DispatchLock& lock() const noexcept TAKT_RETURNS_LOCK(lock_) { return lock_; }
 
   std::vector<Worker>& all() noexcept { return all_; }
   const std::vector<Worker>& all() const noexcept { return all_; }
+  Places& places() noexcept { return places_; }
 
-  // ---- The wait back end, and file descriptors: control threads ----
-
-  /// nullptr until the first spin, which chooses it where the options leave that open.
-  WaitBackend* backend() const noexcept { return backend_.get(); }
-  void choose_backend(bool has_file_descriptors);
-  void forget_backend() noexcept;
-  /// Returns true if it is watched from here on: it has a file descriptor, and there is a back end.
-  bool watch(Entity& entity);
-  void unwatch(Entity& entity) noexcept;
+  /// Throws Error.
+  WorkerSet that_may_take(const NamedCallback& callback) const;
 
   // ---- Any thread ----
 
   /// There is something to do.
   void notify(Search what) noexcept;
+  /// The callback has become ready.
+  void notify_of(const CallbackRecord& record) noexcept {
+    are_apart_.load() ? void(places_.wake_one_of(record.workers.load())) : notify(Search::asked);
+  }
+  /// A pool begins or ends to spin. Otherwise the calling thread is the only worker, and takes all.
+  void set_pool(bool spins) noexcept {
+    are_apart_.store(spins && policy_ != nullptr && lock_.is_shared());
+  }
+  /// Which callbacks it may take.
+  std::size_t number_of(const Worker& worker) const noexcept {
+    return are_apart_.load(std::memory_order_relaxed) ? worker.index : Selection::kAnyWorker;
+  }
   void wake() noexcept override { notify(Search::called); }
   void wake_all() noexcept;
   /// All return from spin. It lasts until it is taken.
@@ -99,14 +106,14 @@ class Workers final : public Wakeable {
     ++working_;
   }
   void end() noexcept TAKT_REQUIRES(lock_) { --working_; }
-  bool watch_file_descriptors() const noexcept {
-    return watched_.load(std::memory_order_relaxed) != 0;
-  }
   void look_at_file_descriptors() noexcept TAKT_REQUIRES(lock_);
   /// A worker is about to execute: wakes another one if more may run at once, or if none waits for
   /// the first timer.
   void pass_on() noexcept TAKT_REQUIRES(lock_) {
-    if (!lock_.is_shared() || (!sleepers_.would_wake() && search_.load() == Search::none)) return;
+    if (!lock_.is_shared()) return;
+    if (are_apart_.load(std::memory_order_relaxed)) [[unlikely]]
+      return pass_on_to_each();
+    if (!places_.sleepers_of(0).would_wake() && search_.load() == Search::none) return;
     if (ready_.next_release() < first_wait_ || ready_.has_another()) wake();
   }
   /// There was nothing to run. Returns true if the worker must look again, false at the limit.
@@ -114,6 +121,8 @@ class Workers final : public Wakeable {
       TAKT_REQUIRES(lock_);
 
  private:
+  [[gnu::noinline]] void pass_on_to_each() noexcept TAKT_REQUIRES(lock_);
+
   /// For what a worker waits besides announcements.
   struct Expected {
     const FutureState* future;
@@ -121,13 +130,16 @@ class Workers final : public Wakeable {
   };
 
   /// Something for which a sleeper wakes up.
-  bool must_look(const Expected& expected) const noexcept {
-    return ready_.has_announcements() || updates_.is_pending() || stops_.load() ||
+  bool must_look(const Worker& worker, const Expected& expected) const noexcept {
+    return ready_.has_announcements() ||
+           (are_apart_.load() && ready_.selection().may_run(worker.index)) ||
+           updates_.is_pending() || stops_.load() ||
            ready_.timers().timers_are_held() != expected.timers_were_held ||
            (expected.future != nullptr && expected.future->ready());
   }
   void set_wait(Worker& worker, TimePoint until) noexcept TAKT_REQUIRES(lock_);
-  TimePoint release_to_wait_for() const noexcept TAKT_REQUIRES(lock_);
+  TimePoint own_release(const Worker& worker) const noexcept TAKT_REQUIRES(lock_);
+  TimePoint release_to_wait_for(const Worker& worker) const noexcept TAKT_REQUIRES(lock_);
   bool may_search(const Worker& worker) const noexcept {
     return !lock_.is_shared() || (worker.may_search && search_.load() == Search::none);
   }
@@ -136,20 +148,20 @@ class Workers final : public Wakeable {
               const Expected& expected) noexcept TAKT_REQUIRES(lock_);
 
   const ExecutorOptions& options_;
+  const WorkersPolicy* const policy_;
   DispatchLock lock_;
   ReadySet& ready_;
   const Updates& updates_;
   std::vector<Worker> all_;
-  std::unique_ptr<WaitBackend> backend_;
+  Places places_;
   std::size_t working_ TAKT_GUARDED_BY(lock_) = 0;  // workers that have begun and have not ended
   TimePoint first_wait_ TAKT_GUARDED_BY(lock_) = kNever;  // the first release for which one waits
   TimePoint last_look_ TAKT_GUARDED_BY(lock_){};  // at file descriptors, when no worker sleeps
 
-  Sleepers sleepers_;
   std::atomic<Search> search_{Search::none};
   std::atomic<bool> stops_{false};
+  std::atomic<bool> are_apart_{false};  // workers of a pool, by the policy
   std::atomic<Wakeable*> observer_{nullptr};
-  std::atomic<std::size_t> watched_{0};  // file descriptors
 };
 
 }  // namespace takt::detail

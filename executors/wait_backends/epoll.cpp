@@ -110,6 +110,6 @@ class EpollWaitBackend final : public Reactor {
 }  // namespace
 
 TAKT_REGISTER_WAIT_BACKEND("epoll", "file descriptors too, for any number of threads",
-                           EpollWaitBackend)
+                           EpollWaitBackend, .serves_file_descriptors = true, .cost = 2)
 
 }  // namespace takt

@@ -50,6 +50,6 @@ class FutexWaitBackend final : public WaitBackend {
 }  // namespace
 
 TAKT_REGISTER_WAIT_BACKEND("futex", "the least work for any number of threads; no file descriptors",
-                           FutexWaitBackend)
+                           FutexWaitBackend, .cost = 1)
 
 }  // namespace takt

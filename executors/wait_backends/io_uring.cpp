@@ -203,6 +203,9 @@ class IoUringWaitBackend final : public Reactor {
 
 }  // namespace
 
-TAKT_REGISTER_WAIT_BACKEND("io_uring", "file descriptors too, for one thread", IoUringWaitBackend)
+// Without a cost, so never by `auto`: by our measurements it saves nothing
+// (docs/explanation/architecture.md, sleeping and waking).
+TAKT_REGISTER_WAIT_BACKEND("io_uring", "file descriptors too, for one thread; only by its name",
+                           IoUringWaitBackend, .serves_file_descriptors = true, .max_workers = 1)
 
 }  // namespace takt

@@ -4,7 +4,9 @@
 #define TAKT_EXECUTORS_WAIT_BACKENDS_WAIT_BACKEND_HPP_
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string_view>
 
 #include "takt/base/clock.hpp"
@@ -47,7 +49,16 @@ class WaitBackend {
   virtual int fd() noexcept { return -1; }
 };
 
-using WaitBackendRegistry = Registry<WaitBackend, NoTraits, std::size_t>;
+/// Properties of a wait back end that are known by its name.
+struct WaitBackendTraits {
+  bool serves_file_descriptors = false;
+  std::size_t max_workers = SIZE_MAX;
+  /// `auto` takes the one with the smallest cost that serves: the order of what a wake-up costs, as
+  /// measured. No value: only by its name.
+  std::optional<int> cost = {};
+};
+
+using WaitBackendRegistry = Registry<WaitBackend, WaitBackendTraits, std::size_t>;
 /// All wait back ends of this process by name, made for a number of workers. Making one throws
 /// Error with the reason when this kernel does not grant it.
 WaitBackendRegistry& wait_backends();
@@ -59,20 +70,21 @@ inline constexpr std::string_view kAutoWait = "auto";
 /// is it kAutoWait.
 void check_wait_backend(std::string_view name);
 
-/// The one of that name; with kAutoWait `futex`, or `epoll` where file descriptors are served. With
-/// a manual clock it is the clock's own, and another name is an Error.
+/// The one of that name; with kAutoWait the one of least cost that serves as many workers, and file
+/// descriptors where there are some. With a manual clock it is the clock's own, and another name is
+/// an Error.
 std::unique_ptr<WaitBackend> make_wait_backend(std::string_view name, Clock& clock,
                                                std::size_t workers, bool has_file_descriptors);
 
-/// At namespace scope in a .cpp file: makes `Class` known as `name`.
-#define TAKT_REGISTER_WAIT_BACKEND(name, description, Class)                      \
-  namespace {                                                                     \
-  [[maybe_unused]] const bool TAKT_UNIQUE(takt_wait_backend_) = [] {              \
-    ::takt::wait_backends().add(name, {description, [](std::size_t workers) {     \
-                                         return std::make_unique<Class>(workers); \
-                                       }});                                       \
-    return true;                                                                  \
-  }();                                                                            \
+/// At namespace scope in a .cpp file: makes `Class` known as `name`. Behind it stand its traits.
+#define TAKT_REGISTER_WAIT_BACKEND(name, description, Class, ...)                                 \
+  namespace {                                                                                     \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_wait_backend_) = [] {                              \
+    ::takt::wait_backends().add(                                                                  \
+        name, {description, [](std::size_t workers) { return std::make_unique<Class>(workers); }, \
+               ::takt::WaitBackendTraits{__VA_ARGS__}});                                          \
+    return true;                                                                                  \
+  }();                                                                                            \
   }
 
 }  // namespace takt

@@ -19,6 +19,7 @@ import classes
 import cpp_source
 import files as file_rules
 import limits
+import mutations
 import rclcpp_elements
 import waiting
 from phrases import RETIRED
@@ -59,6 +60,7 @@ RULES = {
     "waiting": "tests wait with an end",
     "limit": "each limit has a marker, and the page of limits has them",
     "elements": "the page of rclcpp's elements has the rows of their checks",
+    "mutation": "what ./dev stress falsifies stands in the sources, once",
     "time-sum": "no plain sum of a time and a duration: later()",
 }
 
@@ -327,6 +329,16 @@ def check_elements(files):
                       f"not what the checks give: tools/check/rclcpp_elements.py > {rclcpp_elements.PAGE}")
 
 
+def check_mutations(files):
+    texts = {file.path: file.text for file in files}
+    if mutations.PAGE not in texts:  # a tree of check_test.py
+        return
+    for name, (path, right, *_) in mutations.MUTATIONS.items():
+        count = texts.get(path, "").count(right)
+        if count != 1:
+            yield Finding(mutations.PAGE, 1, "mutation", f"{name}: '{right}' stands {count} times in {path}")
+
+
 def check_generated(listed, root):
     for path in listed.split("\0"):
         if path.endswith(".html") and (root / path).is_file():
@@ -436,7 +448,7 @@ def main():
         if is_read and "/testdata/" not in path and (root / path).is_file():
             files.append(File(path, (root / path).read_text(encoding="utf-8")))
     findings = [*check_format(files, root), *check_once(files), *check_generated(listed, root), *check_limits(files),
-                *check_elements(files), *check_subjects(root, options.since)]
+                *check_elements(files), *check_mutations(files), *check_subjects(root, options.since)]
     for file in files:
         for rule in (check_file_length, check_function_length, check_class_size, check_spdx, check_public,
                      check_contract, check_keep, check_lines, check_environment, check_links, check_phrases,

@@ -14,6 +14,7 @@ ROOT = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), 
 COPY = os.path.join(ROOT, "build/mutants")
 BIN = os.path.join(COPY, "build/release/bin")
 
+PAGE = "tools/check/mutations.py"  # in git
 OBSERVATION = "executors/engine/observation.cpp"
 # A test: what to build, and its command line.
 STATISTICS = ("executors_test", "{bin}/executors_test", "--gtest_filter=*ConformanceStatistics*")
@@ -56,8 +57,8 @@ MUTATIONS = {
                                     '      json& entries = one.at(list);\n',
                                     SYSTEM),
     "CPU of DDS threads forgotten": ("containers/container_result.cpp",
-                                     "  thread.cpu_time += sign * Nanoseconds(cpu_time_ns);\n",
-                                     "  thread.cpu_time += 0 * sign * Nanoseconds(cpu_time_ns);\n",
+                                     "  thread.cpu_time += sign * usage->cpu_time;\n",
+                                     "  thread.cpu_time += 0 * sign * usage->cpu_time;\n",
                                      SHARED_MEMORY),
     "chain from the wrong root": ("executors/engine/dispatcher.cpp", "is_root ? slot.ready_time : slot.root_release",
                                   "is_root ? picked : slot.root_release", STATISTICS),
@@ -78,7 +79,7 @@ MUTATIONS = {
                                  "std::min<Nanoseconds>(period * 11 / 10, std::chrono::milliseconds(50))",
                                  STATISTICS),
     "skipped releases forgotten": (OBSERVATION,
-                                   "statistics.skipped = report.missed;", "statistics.skipped = 0;", STATISTICS),
+                                   "statistics.skipped = counts.missed;", "statistics.skipped = 0;", STATISTICS),
     "a timer that never ran": (OBSERVATION,
                                "return due > held ? 0", "return due < held ? 0", STATISTICS),
     "served releases are all": ("measuring/process_json.cpp", "releases.due += served + callback",

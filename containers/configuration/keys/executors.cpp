@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "takt/base/time.hpp"
@@ -11,6 +13,44 @@
 
 namespace takt {
 namespace {
+
+OwnValue own_value(const document::Value& value) {
+  OwnValue own{.name = value.name, .line = value.line};
+  const auto add = [&](OwnValue::Kind kind, const std::vector<document::Value>& values) {
+    own.kind = kind;
+    for (const document::Value& each : values) own.values.push_back(own_value(each));
+  };
+  if (const auto* list = std::get_if<document::List>(&value.content)) {
+    add(OwnValue::Kind::list, *list);
+  } else if (const auto* map = std::get_if<document::Map>(&value.content)) {
+    add(OwnValue::Kind::map, map->values);
+  } else {
+    std::visit(
+        [&](const auto& content) {
+          if constexpr (std::is_assignable_v<decltype(own.content)&, decltype(content)>)
+            own.content = content;
+        },
+        value.content);
+  }
+  return own;
+}
+
+// The keys that what is chosen by this name brings. If there is no such name, that is reported, and
+// any key may be one of its.
+template <class AnyRegistry>
+std::vector<OwnKey> own_keys(const AnyRegistry& registry, const std::string& name,
+                             const document::Value& value) {
+  if (registry.knows(name)) return registry.traits(name).keys;
+  std::vector<OwnKey> all;
+  if (const auto* map = std::get_if<document::Map>(&value.content)) {
+    for (const document::Value& each : map->values) all.push_back({each.name, {}});
+  }
+  return all;
+}
+
+bool names(const std::vector<OwnKey>& keys, std::string_view name) {
+  return std::any_of(keys.begin(), keys.end(), [&](const OwnKey& key) { return key.name == name; });
+}
 
 void find_type(const ExecutorDescription& executor) {
   if (executor.library.empty()) return executors().check(executor.type);
@@ -37,20 +77,33 @@ void try_to_make(const std::string& type, const ExecutorOptions& options) {
 
 }  // namespace
 
+// The library says which keys it brings, so it is loaded before the map is read; and it is checked
+// with their values.
 void ConfigurationReader::read_scheduler(const Value& value) {
   const auto load = [&](const Value& place) {
     std::string library;
     read_library(place, library);
     if (library.empty()) return;
-    if (!errors_.passes(place.line, [&] { load_scheduler(value.name, library); })) {
+    const auto* map = std::get_if<document::Map>(&value.content);
+    OwnValues& own = system_.schedulers[value.name];
+    for (const Value& each : map->values) {
+      if (each.name != place.name) own.push_back(own_value(each));
+    }
+    if (!errors_.passes(place.line, [&] { load_scheduler(value.name, library, own); })) {
       broken_schedulers_.insert(value.name);
     }
   };
-  read_map(value, "a scheduler",
-           {{"library",
-             "A shared library. A relative path starts at the folder of this file. A name without "
-             "a slash is a file in this folder, else a library that the dynamic linker finds.",
-             load, true}});
+  std::vector<Field> fields = {
+      {"library",
+       "A shared library. A relative path starts at the folder of this file. A name without "
+       "a slash is a file in this folder, else a library that the dynamic linker finds.",
+       load, true}};
+  if (is_describing()) return void(read_map(value, "a scheduler", fields));
+  if (const Value* library = document::find(value, "library")) load(*library);
+  fields.front().read = [](const Value&) {};
+  const std::vector<OwnKey> keys = own_keys(schedulers(), value.name, value);
+  for (const OwnKey& key : keys) fields.push_back({key.name, key.help, [](const Value&) {}});
+  read_map(value, "a scheduler", fields);
 }
 
 SystemReader::Read ConfigurationReader::into_scheduler(std::string& target) {
@@ -136,7 +189,27 @@ void ConfigurationReader::read_executor(const Value& value) {
   executor.where = errors_.where(value.line);
   Threads threads;
   bool is_sound = true;
-  read_map(value, "an executor", executor_fields(executor, threads, is_sound));
+  std::vector<Field> fields = executor_fields(executor, threads, is_sound);
+  // The library and the type come before the others: the type says which keys it brings.
+  for (Field* field : {&fields[0], &fields[1]}) {
+    const Value* found = is_describing() ? nullptr : document::find(value, field->key);
+    if (found == nullptr) continue;
+    field->read(*found);
+    field->read = [](const Value&) {};
+  }
+  const std::vector<OwnKey> keys = own_keys(executors(), executor.type, value);
+  for (const Field& field : fields) {
+    if (!executors().knows(executor.type) || !names(keys, field.key)) continue;
+    errors_.add(
+        value.line,
+        fmt::format("type '{}' brings the key '{}', which is Takt's", executor.type, field.key),
+        "let its traits name it otherwise");
+  }
+  for (const OwnKey& key : keys) {
+    fields.push_back({key.name, key.help,
+                      [&](const Value& of_key) { executor.own.push_back(own_value(of_key)); }});
+  }
+  read_map(value, "an executor", fields);
   if (!executor.library.empty() && document::find(value, "type") == nullptr) {
     errors_.add(value.line, "an executor with the key 'library' needs the key 'type'",
                 "add it, with the name that the library registers");

@@ -1,0 +1,41 @@
+// The workers' policy of an executor: which of its threads may take which callback.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_WORKERS_POLICY_HPP_
+#define TAKT_EXECUTORS_WORKERS_POLICY_HPP_
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "takt/base/visibility.hpp"
+#include "takt/executors/rule.hpp"
+#include "takt/sched/threads/thread_attributes.hpp"
+
+namespace TAKT_PUBLIC takt {
+
+/// A set of an executor's workers: bit i is the worker of the i-th thread.
+using WorkerSet = std::uint64_t;
+// Limit: threads of an executor with a workers' policy. At it: more are refused. Seen: the error.
+inline constexpr std::size_t kMostWorkers = 64;
+
+/// Tells the workers of an executor apart: bands of priorities, workers that belong to groups. For
+/// a callback that becomes ready, the first worker of its set that sleeps is woken, and no other. A
+/// worker that finds nothing of its own sleeps at once: `spin` and `early_wake` are refused.
+/// Without a policy any worker may take each callback. A scheduler is asked for callbacks that this
+/// worker leaves to others, and gets them back at once, in the order in which it gave them.
+///
+/// Thread safety: control threads ask, one at a time; it must only read what never changes.
+/// Real-time: it may allocate. What its answers cost a dispatch: O(callbacks that wait for other
+/// workers, × log n) for the choice, O(workers × timers) to see who else must wake up.
+class WorkersPolicy {
+ public:
+  virtual ~WorkersPolicy() = default;
+  /// The workers that may take the callback. Asked when it is added and when its parameters change.
+  /// Throws Error to refuse the callback; an empty set is an Error.
+  virtual WorkerSet workers_of(const NamedCallback& callback,
+                               std::span<const ThreadAttributes> workers) const = 0;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_EXECUTORS_WORKERS_POLICY_HPP_
