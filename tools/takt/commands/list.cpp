@@ -20,6 +20,11 @@ void print(const AnyRegistry& registry, const std::vector<std::string>& names) {
   for (const std::string& name : names) width = std::max(width, name.size());
   for (const std::string& name : names) {
     rt::print("{:<{}}  {}\n", name, width, registry.description(name));
+    if constexpr (requires { registry.traits(name).keys; }) {
+      for (const OwnKey& key : registry.traits(name).keys) {
+        rt::print("{:<{}}    its key `{}`: {}\n", "", width, key.name, key.help);
+      }
+    }
   }
 }
 
