@@ -52,7 +52,7 @@ assert fits >= 0.9 * total, f"{fits} of {total} starts lie in their slots"
 text = "".join(run("analyze", table, status=1))
 assert "no method knows the rule of type 'table'" in text, text
 
-# Who looks for its keys finds them.
+# The list of executors has its keys.
 assert "its key `table`: slots that repeat" in run("list", "executors", table)[0]
 
 # Mistakes have their line.
