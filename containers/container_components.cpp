@@ -455,7 +455,8 @@ void Container::displace(Loaded& loaded) {
   }
   struct End {
     Loaded& loaded;
-    const detail::Running running{&loaded.displacement};
+    // Not the user's: so `isolated` waits for the node's thread, and holds nothing of it later.
+    const detail::Running running{&loaded.displacement, detail::Running::Code::own};
     Loaded::Displacement now = none;
     ~End() {
       loaded.displacement.store(now);

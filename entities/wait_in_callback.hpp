@@ -13,19 +13,26 @@
 namespace TAKT_PUBLIC takt {
 namespace detail {
 
-/// The calling thread runs code of the user, for as long as the object lives, which others may wait
-/// for by this name: a function of a callback list, a shutdown, what a gate has let through.
+/// The calling thread runs code, for as long as the object lives, which others may wait for by this
+/// name: of the user, such as a function of a callback list, or our own.
 /// Thread safety: an object belongs to the thread that made it. Real-time: yes.
 class Running {
  public:
-  explicit Running(const void* what) noexcept
-      : what_(what), outer_(std::exchange(innermost_, this)) {}
+  enum class Code { of_user, own };
+  explicit Running(const void* what, Code code = Code::of_user) noexcept
+      : what_(what), code_(code), outer_(std::exchange(innermost_, this)) {}
   ~Running() { innermost_ = outer_; }
   Running(const Running&) = delete;
   Running& operator=(const Running&) = delete;
 
   /// nullptr: the calling thread runs none.
   static const Running* innermost() noexcept { return innermost_; }
+  static bool is_code_of_user() noexcept {
+    for (const Running* each = innermost_; each != nullptr; each = each->outer_) {
+      if (each->code_ == Code::of_user) return true;
+    }
+    return false;
+  }
   /// How often the calling thread is in it.
   static std::uint32_t depth_of(const void* what) noexcept {
     std::uint32_t depth = 0;
@@ -38,6 +45,7 @@ class Running {
  private:
   friend class WaitInCallback;
   const void* const what_;
+  const Code code_;
   const Running* const outer_;
   static thread_local constinit const Running* innermost_;
 };
@@ -52,7 +60,7 @@ class WaitInCallback {
  public:
   /// Whether the calling thread runs code of the user that others may wait for.
   static bool may_be_awaited() noexcept {
-    return Dispatch::current() != nullptr || Running::innermost() != nullptr;
+    return Dispatch::current() != nullptr || Running::is_code_of_user();
   }
 
   enum class Whose { all, of_others };

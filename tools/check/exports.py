@@ -24,6 +24,7 @@ OTHERS = {
     "takt::detail::CallbackList": "rclcpp's layer has some, too",
     "takt::detail::WaitInCallback": "rclcpp's layer waits for callbacks, too",
     "takt::detail::Running": "rclcpp's layer waits for callbacks, too",
+    "takt::detail::GoalCalls": "templates of action clients call it",
     "takt::detail::refuse_call": "templates of clients call it",
     "takt::detail::warn_of_ended_calls": "templates of clients call it",
     "takt::detail::yaml_integer": "to_yaml of every message calls it",
