@@ -72,7 +72,7 @@ class HandGame {
     benchmark::DoNotOptimize(to.wants_time.load(std::memory_order_relaxed));
     message->sequence = next_sequence();
     message->references.store(1, std::memory_order_relaxed);
-    to.ring.push(message, {message->sequence});
+    to.ring.push(message, message->sequence, 0);
     HandPlayer& listener = *to.listener.load();
     if (!listener.queued.load() && !listener.queued.exchange(true)) inbox_.push(listener);
     benchmark::DoNotOptimize(sleepers_.load());

@@ -48,7 +48,7 @@ void keep_last_ring(benchmark::State& state) {
   std::uint64_t sequence = 0;
   measure(state, [&] {
     bool more = false;
-    ring.push(&item, {++sequence});
+    ring.push(&item, ++sequence, 0);
     benchmark::DoNotOptimize(ring.pop([](Item*) {}, more));
   });
 }

@@ -114,7 +114,7 @@ class Bare final : public Stream {
       Block* block;
       while ((block = pool_->acquire()) == nullptr) spin_pause();
       block->parcel.number = number;
-      ring_.push(block, {number});
+      ring_.push(block, number, 0);
     }
   }
   void receive() override {

@@ -230,7 +230,7 @@ class Entity {
   virtual void retired(std::shared_ptr<Entity>) noexcept {}
 
  protected:
-  void announce(Arrival arrival) noexcept {
+  void announce(const Arrival& arrival) noexcept {
     Sink* sink = sink_.load();
     if (sink != nullptr) sink->announce(arrival);
   }

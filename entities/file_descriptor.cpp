@@ -98,7 +98,7 @@ FileDescriptorEvents FileDescriptor::ready_events() const noexcept {
          ((ready & POLLERR) != 0 ? Events::error : Events::none);
 }
 
-void FileDescriptor::announce(Arrival arrival) noexcept {
+void FileDescriptor::announce(const Arrival& arrival) noexcept {
   if (ready_count() == 0) return;
   TimePoint none{};
   ready_time_.compare_exchange_strong(none, arrival.ready_time);

@@ -62,7 +62,7 @@ class FileDescriptor final : public Entity, private ArrivalListener {
 
  private:
   /// From the wait back end: edges, among them some for what was read long ago.
-  void announce(Arrival arrival) noexcept override;
+  void announce(const Arrival& arrival) noexcept override;
   FileDescriptorEvents ready_events() const noexcept;
   void look_again() noexcept;
 

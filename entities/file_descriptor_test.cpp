@@ -31,7 +31,7 @@ using Events = FileDescriptorEvents;
 
 class CountingSink final : public Sink {
  public:
-  void announce(Arrival) noexcept override { ++announcements; }
+  void announce(const Arrival&) noexcept override { ++announcements; }
   void release_changed() noexcept override {}
   void remove() noexcept override {}
   void expect_remove() noexcept override {}

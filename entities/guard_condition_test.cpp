@@ -20,7 +20,7 @@ using namespace std::chrono_literals;
 
 class CountingSink final : public Sink {
  public:
-  void announce(Arrival arrival) noexcept override {
+  void announce(const Arrival& arrival) noexcept override {
     last_sequence.store(arrival.sequence);
     announcements.fetch_add(1);
     announcements.notify_all();

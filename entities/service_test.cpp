@@ -167,7 +167,7 @@ TEST_F(ServiceTest, ACoroutineDoesNotGoOnBeforeItsCallIsSent) {
   /// What other threads could do while the call is being sent.
   struct Others : Sink {
     std::function<void()> act;
-    void announce(Arrival) noexcept override { act(); }
+    void announce(const Arrival&) noexcept override { act(); }
     void release_changed() noexcept override {}
     void remove() noexcept override {}
     void expect_remove() noexcept override {}

@@ -155,7 +155,7 @@ class Receiver final : public End, ArrivalListener {
   }
 
  private:
-  void announce(Arrival) noexcept override { arrivals_.release(); }
+  void announce(const Arrival&) noexcept override { arrivals_.release(); }
 
   void receive(const std::shared_ptr<const T>& message) {
     latency_ns_.push_back(now_ns() - message->sent_ns);

@@ -101,10 +101,10 @@ void SubscriptionBase::retire() noexcept {
 }
 
 bool SubscriptionBase::front(Arrival& arrival) const noexcept {
-  RingStamp stamp;
-  if (!ring().front(stamp)) return false;
-  arrival = {stamp.sequence, TimePoint(Nanoseconds(stamp.time_ns)),
-             TimePoint(Nanoseconds(stamp.root_time_ns))};
+  std::int64_t time_ns, root_time_ns;
+  if (!ring().front(arrival.sequence, time_ns, root_time_ns)) return false;
+  arrival.ready_time = TimePoint(Nanoseconds(time_ns));
+  arrival.root_time = TimePoint(Nanoseconds(root_time_ns));
   return true;
 }
 

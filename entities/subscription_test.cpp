@@ -40,7 +40,7 @@ TAKT_MESSAGE(Image, "test_msgs/msg/Image", data);
 class CountingSink final : public Sink {
  public:
   explicit CountingSink(bool wants_time) : wants_time_(wants_time) {}
-  void announce(Arrival arrival) noexcept override { sequences.push_back(arrival.sequence); }
+  void announce(const Arrival& arrival) noexcept override { sequences.push_back(arrival.sequence); }
   void release_changed() noexcept override {}
   void remove() noexcept override {}
   void expect_remove() noexcept override {}

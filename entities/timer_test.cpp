@@ -31,7 +31,7 @@ constexpr TimePoint kStart(1h);
 
 class CountingSink final : public Sink {
  public:
-  void announce(Arrival) noexcept override { ++announcements; }
+  void announce(const Arrival&) noexcept override { ++announcements; }
   void release_changed() noexcept override { ++changes; }
   void remove() noexcept override {}
   void expect_remove() noexcept override {}

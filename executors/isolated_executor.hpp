@@ -64,7 +64,7 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   /// While children run on the caller, the caller's wait back end watches those of the children.
   struct Waker final : ArrivalListener {
     explicit Waker(IsolatedExecutor& to_wake) : parent(to_wake) {}
-    void announce(Arrival) noexcept override { parent.wake(); }
+    void announce(const Arrival&) noexcept override { parent.wake(); }
     IsolatedExecutor& parent;
   };
   struct Child {

@@ -14,7 +14,7 @@ struct WaitSet::Member final : Sink {
   WaitSet& wait_set;
   const std::shared_ptr<Entity> entity;
 
-  void announce(Arrival) noexcept override { wait_set.wake(); }
+  void announce(const Arrival&) noexcept override { wait_set.wake(); }
   void release_changed() noexcept override { wait_set.wake(); }
   bool wants_time() const noexcept override { return false; }
   void expect_remove() noexcept override {

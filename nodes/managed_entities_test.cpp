@@ -39,7 +39,7 @@ class RecordingSink final : public Sink {
   ~RecordingSink() {
     if (entity_ != nullptr) entity_->leave_owner();
   }
-  void announce(Arrival) noexcept override { ++announcements; }
+  void announce(const Arrival&) noexcept override { ++announcements; }
   void release_changed() noexcept override { ++changes; }
   void expect_remove() noexcept override {}
   void remove() noexcept override {

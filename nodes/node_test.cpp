@@ -50,7 +50,7 @@ class OwningSink final : public Sink {
     entity_->set_owner(this);
     entity_->attach(*this);
   }
-  void announce(Arrival) noexcept override { trace.emplace_back("announce"); }
+  void announce(const Arrival&) noexcept override { trace.emplace_back("announce"); }
   void release_changed() noexcept override { trace.emplace_back("release changed"); }
   void expect_remove() noexcept override { trace.emplace_back("expect remove"); }
   void remove() noexcept override {

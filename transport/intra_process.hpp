@@ -59,16 +59,16 @@ class IntraProcessReader {
 
   /// `arrival` repeats the envelope: the message may be gone once it is in the ring. In a read
   /// section, which `released` outlives.
-  [[gnu::always_inline]] void deliver(MessageBlock& message, Arrival arrival,
+  [[gnu::always_inline]] void deliver(MessageBlock& message, const Arrival& arrival,
                                       ReleasedMessages& released) noexcept {
     if (address_ != 0 && !is_for_us(message)) [[unlikely]]
       return released.release(message);
     ArrivalListener* listener = listener_.load();
-    const RingStamp stamp{arrival.sequence, arrival.ready_time.time_since_epoch().count(),
-                          arrival.root_time.time_since_epoch().count()};
+    const std::int64_t time_ns = arrival.ready_time.time_since_epoch().count();
+    const std::int64_t root_time_ns = arrival.root_time.time_since_epoch().count();
     MessageBlock* old = listener != nullptr && listener->takes_here()
-                            ? ring_.push_here(&message, stamp)
-                            : ring_.push(&message, stamp);
+                            ? ring_.push_here(&message, arrival.sequence, time_ns, root_time_ns)
+                            : ring_.push(&message, arrival.sequence, time_ns, root_time_ns);
     if (old != nullptr && drop(*old)) released.add(*old);
     if (has_deadline_) [[unlikely]]
       events_->set_last_message(arrival.ready_time);

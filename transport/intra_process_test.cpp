@@ -71,7 +71,7 @@ class Reader final : public IntraProcessReader, ArrivalListener {
   bool is_only_taker = false;
 
  private:
-  void announce(Arrival) noexcept override {
+  void announce(const Arrival&) noexcept override {
     arrivals.fetch_add(1);
     waiting.store(ring().size());
   }

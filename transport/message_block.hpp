@@ -30,7 +30,7 @@ struct Arrival {
 class ArrivalListener {
  public:
   /// Something has arrived.
-  virtual void announce(Arrival arrival) noexcept = 0;
+  virtual void announce(const Arrival& arrival) noexcept = 0;
   /// Whether what has arrived is taken on the calling thread, and on no other.
   virtual bool takes_here() const noexcept { return false; }
 

@@ -113,7 +113,7 @@ class RingRun {
   void push(bool here = false) {
     Item& item = items_.emplace_back();
     item.push_begins = ++now_;
-    Item* old = here ? ring_.push_here(&item, {}) : ring_.push(&item, {});
+    Item* old = here ? ring_.push_here(&item, 0, 0) : ring_.push(&item, 0, 0);
     if (old != nullptr) give_back(*old, item.push_begins);
     item.push_ends = ++now_;
   }

@@ -12,12 +12,6 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// What a ring keeps beside an item, and tells while the item waits: its order, and times in ns.
-struct RingStamp {
-  std::uint64_t sequence = 0;
-  std::int64_t time_ns = 0, root_time_ns = 0;
-};
-
 /// Pointers to items in order of arrival; a push into a full ring gives back the oldest.
 ///
 /// A cell is one 64-bit word: the low 16 bits of the ticket it was last used for, and a 48-bit
@@ -57,9 +51,11 @@ class KeepLastRing {
     for (std::size_t i = 0; i < depth; ++i) cells_[i].word = pack(i - depth, nullptr);
   }
 
-  /// Returns the item that was overwritten, or nullptr. `front` returns the stamp while the item
-  /// waits.
-  T* push(T* item, const RingStamp& stamp) noexcept {
+  /// Returns the item that was overwritten, or nullptr. `front` returns the three numbers while the
+  /// item waits. (Numbers, no struct: one that is written by fields and copied whole is read only
+  /// when the writes have left the store buffer, 4 ns each time.)
+  T* push(T* item, std::uint64_t sequence, std::int64_t time_ns,
+          std::int64_t root_time_ns = 0) noexcept {
     for (;;) {
       const std::uint64_t ticket = tail_.fetch_add(1);
       Cell& cell = cell_of(ticket);
@@ -67,7 +63,9 @@ class KeepLastRing {
       while (age(word, ticket) > 0 && !is_far(ticket)) {
         // Relaxed: published by the swap; one that fails to swap leaves a wrong hint there.
         cell.ticket.store(ticket, std::memory_order_relaxed);
-        cell.stamp.store(stamp);
+        cell.sequence.store(sequence, std::memory_order_relaxed);
+        cell.time_ns.store(time_ns, std::memory_order_relaxed);
+        cell.root_time_ns.store(root_time_ns, std::memory_order_relaxed);
         if (cell.word.compare_exchange_weak(word, pack(ticket, item))) {
           T* overwritten = pointer(word);
           return here_.load(std::memory_order_relaxed) == nullptr ? overwritten
@@ -80,14 +78,17 @@ class KeepLastRing {
 
   /// The same on the thread that takes, which is faster when nothing waits. If others take too, one
   /// of them may come away with a newer item first.
-  T* push_here(T* item, const RingStamp& stamp) noexcept {
+  T* push_here(T* item, std::uint64_t sequence, std::int64_t time_ns,
+               std::int64_t root_time_ns = 0) noexcept {
     const std::uint64_t ticket = tail_.load(std::memory_order_relaxed);
     if (ticket != head_.load(std::memory_order_relaxed) ||
         here_.load(std::memory_order_relaxed) != nullptr) {
-      return push(item, stamp);
+      return push(item, sequence, time_ns, root_time_ns);
     }
     here_ticket_.store(ticket, std::memory_order_relaxed);
-    here_stamp_.store(stamp);
+    here_sequence_.store(sequence, std::memory_order_relaxed);
+    here_time_ns_.store(time_ns, std::memory_order_relaxed);
+    here_root_time_ns_.store(root_time_ns, std::memory_order_relaxed);
     here_.store(item, std::memory_order_release);  // pairs with the taker's swap
     here_pushed_.store(here_pushed_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
     return nullptr;
@@ -125,16 +126,21 @@ class KeepLastRing {
 
   /// What was passed to push with the oldest item; false when there is none, or its publisher has
   /// not finished. While publishers overwrite, it may be that of the item that took its place.
-  bool front(RingStamp& stamp) const noexcept {
+  bool front(std::uint64_t& sequence, std::int64_t& time_ns,
+             std::int64_t& root_time_ns) const noexcept {
     if (here_.load(std::memory_order_acquire) != nullptr) {
-      stamp = here_stamp_.load();
+      sequence = here_sequence_.load(std::memory_order_relaxed);
+      time_ns = here_time_ns_.load(std::memory_order_relaxed);
+      root_time_ns = here_root_time_ns_.load(std::memory_order_relaxed);
       return true;
     }
     for (std::uint64_t ticket = head_.load(std::memory_order_relaxed);; ++ticket) {
       const Cell& cell = cell_of(ticket);
       const std::uint64_t word = cell.word.load(std::memory_order_acquire);
       if (cell.holds(word, ticket)) {
-        stamp = cell.stamp.load();
+        sequence = cell.sequence.load(std::memory_order_relaxed);
+        time_ns = cell.time_ns.load(std::memory_order_relaxed);
+        root_time_ns = cell.root_time_ns.load(std::memory_order_relaxed);
         return true;
       }
       const std::uint64_t tail = tail_.load();
@@ -160,25 +166,11 @@ class KeepLastRing {
   std::size_t depth() const noexcept { return depth_; }
 
  private:
-  struct Stamp {
-    std::atomic<std::uint64_t> sequence{0};
-    std::atomic<std::int64_t> time_ns{0}, root_time_ns{0};
-
-    void store(const RingStamp& stamp) noexcept {
-      sequence.store(stamp.sequence, std::memory_order_relaxed);
-      time_ns.store(stamp.time_ns, std::memory_order_relaxed);
-      root_time_ns.store(stamp.root_time_ns, std::memory_order_relaxed);
-    }
-    RingStamp load() const noexcept {
-      return {sequence.load(std::memory_order_relaxed), time_ns.load(std::memory_order_relaxed),
-              root_time_ns.load(std::memory_order_relaxed)};
-    }
-  };
   struct Cell {
     std::atomic<std::uint64_t> word{0};
     // Of the last swap, or of one that is about to happen.
-    std::atomic<std::uint64_t> ticket{0};
-    Stamp stamp;
+    std::atomic<std::uint64_t> ticket{0}, sequence{0};
+    std::atomic<std::int64_t> time_ns{0}, root_time_ns{0};
 
     /// True: the item of just this ticket is in the word, which was loaded before.
     bool holds(std::uint64_t loaded, std::uint64_t of_ticket) const noexcept {
@@ -258,8 +250,8 @@ class KeepLastRing {
   const bool is_power_of_two_;
   const std::unique_ptr<Cell[]> cells_;
   std::atomic<T*> here_{nullptr};  // see 4.; only the taker's thread sets it
-  std::atomic<std::uint64_t> here_ticket_{0}, here_pushed_{0};
-  Stamp here_stamp_;
+  std::atomic<std::uint64_t> here_ticket_{0}, here_sequence_{0}, here_pushed_{0};
+  std::atomic<std::int64_t> here_time_ns_{0}, here_root_time_ns_{0};
   alignas(64) std::atomic<std::uint64_t> tail_{0};  // publishers write it
   std::atomic<std::uint64_t> lost_tickets_{0};      // see 3.
   alignas(64) std::atomic<std::uint64_t> head_{0};  // takers write it

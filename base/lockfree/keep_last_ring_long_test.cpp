@@ -76,7 +76,7 @@ struct Setting {
 };
 
 void push_one(KeepLastRing<Item>& ring, Ledger& ledger, int publisher, int number) {
-  if (Item* old = ring.push(new Item{publisher, number}, {})) ledger.given_back(old);
+  if (Item* old = ring.push(new Item{publisher, number}, 0, 0)) ledger.given_back(old);
 }
 
 bool take_one(KeepLastRing<Item>& ring, Ledger& ledger, Watcher& watcher) {
@@ -176,7 +176,7 @@ TEST(KeepLastRingStress, LosesNothingWhenAThreadIsAwayForTensOfThousandsOfTicket
       CPU_SET(cpu, &cpus);
       EXPECT_EQ(pthread_setaffinity_np(pthread_self(), sizeof cpus, &cpus), 0);
       for (std::uint64_t i = 0; i < kPushes; ++i) {
-        if (ring.push(&item, {}) != nullptr) ++ended;
+        if (ring.push(&item, 0, 0) != nullptr) ++ended;
       }
     };
     std::vector<std::thread> threads;

@@ -21,15 +21,16 @@ class NumberRing {
     for (std::size_t i = 0; i < numbers; ++i) numbers_[i] = static_cast<int>(i);
   }
   /// The number that had to make room, or -1.
-  static RingStamp stamp_of(int number) {
-    return {static_cast<std::uint64_t>(number) + 1000, number + 2000, number + 3000};
-  }
   int push(int number) {
-    const int* old = ring_.push(&numbers_[static_cast<std::size_t>(number)], stamp_of(number));
+    const int* old =
+        ring_.push(&numbers_[static_cast<std::size_t>(number)],
+                   static_cast<std::uint64_t>(number) + 1000, number + 2000, number + 3000);
     return old == nullptr ? -1 : *old;
   }
   int push_here(int number) {
-    const int* old = ring_.push_here(&numbers_[static_cast<std::size_t>(number)], stamp_of(number));
+    const int* old =
+        ring_.push_here(&numbers_[static_cast<std::size_t>(number)],
+                        static_cast<std::uint64_t>(number) + 1000, number + 2000, number + 3000);
     return old == nullptr ? -1 : *old;
   }
   int pop() {
@@ -43,11 +44,12 @@ class NumberRing {
   }
   /// The number that `front` reports, or -1.
   int front() const {
-    RingStamp stamp;
-    if (!ring_.front(stamp)) return -1;
-    EXPECT_EQ(stamp.time_ns, static_cast<std::int64_t>(stamp.sequence) + 1000);
-    EXPECT_EQ(stamp.root_time_ns, stamp.time_ns + 1000);
-    return static_cast<int>(stamp.sequence) - 1000;
+    std::uint64_t sequence = 0;
+    std::int64_t time_ns = 0, root_time_ns = 0;
+    if (!ring_.front(sequence, time_ns, root_time_ns)) return -1;
+    EXPECT_EQ(time_ns, static_cast<std::int64_t>(sequence) + 1000);
+    EXPECT_EQ(root_time_ns, time_ns + 1000);
+    return static_cast<int>(sequence) - 1000;
   }
   std::size_t size() const { return ring_.size(); }
   std::uint64_t pushed() const { return ring_.pushed(); }

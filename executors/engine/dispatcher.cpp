@@ -49,7 +49,7 @@ Dispatcher::Dispatcher(const ExecutorOptions& options, Readiness readiness,
 
 // What has to wait for the group of the callback that announces needs no other worker: this one
 // looks for it afterwards.
-void Dispatcher::announce(CallbackRecord& record, Arrival arrival) noexcept {
+void Dispatcher::announce(CallbackRecord& record, const Arrival& arrival) noexcept {
   Worker* const worker = Worker::current();
   const bool is_mine = worker != nullptr && worker->dispatcher == this;
   if (is_mine && !lock().is_shared()) return ready_.announce_from_worker(record, arrival);

@@ -46,7 +46,7 @@ class Dispatcher {
   // ---- Any thread ----
 
   /// The entity of the record has become ready.
-  void announce(CallbackRecord& record, Arrival arrival) noexcept;
+  void announce(CallbackRecord& record, const Arrival& arrival) noexcept;
   /// The calling thread is the only worker.
   bool is_only_worker() const noexcept {
     const Worker* const worker = Worker::current();

@@ -44,7 +44,7 @@ class Places {
     return watched_.load(std::memory_order_relaxed) != 0;
   }
   /// Announces what is ready there. Returns true if there was something.
-  bool look() noexcept;
+  [[gnu::noinline]] bool look() noexcept;
 
   // ---- Any thread ----
 

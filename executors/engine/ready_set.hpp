@@ -54,7 +54,7 @@ class ReadySet {
 
   /// Any thread: an entity became ready, or a timer's release time has changed. Returns true if a
   /// worker may have to be woken for it.
-  bool announce(CallbackRecord& record, Arrival arrival) noexcept {
+  bool announce(CallbackRecord& record, const Arrival& arrival) noexcept {
     if (!RecordState::announce(record.is_announced))
       return false;  // most announcements of a busy callback end here
     record.announced = arrival;
@@ -62,7 +62,7 @@ class ReadySet {
     return !selection_.is_logical();
   }
   /// The worker itself, in a callback, serialised: an entity became ready.
-  void announce_from_worker(CallbackRecord& record, Arrival arrival) noexcept {
+  void announce_from_worker(CallbackRecord& record, const Arrival& arrival) noexcept {
     if (record.state.make_ready(record.is_announced)) enqueue(record, arrival);
   }
   /// Something for which a worker has to wake up.
@@ -113,7 +113,7 @@ class ReadySet {
   /// Gives back what `next` has put aside because of Limits::last_sequence.
   void restore_deferred() noexcept { restore(std::exchange(deferred_, nullptr)); }
   /// Gives back callbacks that were put aside, linked by next.
-  void restore(ReadyCallback* first) noexcept;
+  [[gnu::noinline]] void restore(ReadyCallback* first) noexcept;
 
   bool is_wait_set() const noexcept { return readiness_ == Readiness::wait_set; }
   /// When the first timer is due, kNever when there is none; or when the rule must look before.
@@ -129,7 +129,7 @@ class ReadySet {
   }
 
  private:
-  void enqueue(CallbackRecord& record, Arrival arrival) noexcept;
+  void enqueue(CallbackRecord& record, const Arrival& arrival) noexcept;
   void add_to_next_snapshot(ReadyCallback& callback) noexcept;
   [[gnu::noinline]] void push_next_snapshot() noexcept;
   void push(CallbackRecord& record) noexcept;
@@ -197,7 +197,7 @@ inline void ReadySet::add_to_next_snapshot(ReadyCallback& callback) noexcept {
 }
 
 // A worker has found it ready. Its arrival is that of what it takes next.
-inline void ReadySet::enqueue(CallbackRecord& record, Arrival arrival) noexcept {
+inline void ReadySet::enqueue(CallbackRecord& record, const Arrival& arrival) noexcept {
   if (is_wait_set()) {
     if (!inbox_.empty()) drain_inbox();  // they came before
     record.arrived(arrival);

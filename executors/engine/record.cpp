@@ -71,7 +71,7 @@ void CallbackRecord::own_entity() noexcept {
 
 // ---- As a sink ----
 
-void CallbackRecord::announce(Arrival arrival) noexcept {
+void CallbackRecord::announce(const Arrival& arrival) noexcept {
   dispatcher.announce(*this, arrival);
 }
 

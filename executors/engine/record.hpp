@@ -118,7 +118,7 @@ struct CallbackRecord final : DispatchState, Sink {
   CallbackRecord* inbox_next = nullptr;
   std::atomic<WorkerSet> workers{~WorkerSet{}};  // as in its settings
 
-  void arrived(Arrival arrival) noexcept {
+  void arrived(const Arrival& arrival) noexcept {
     sequence = arrival.sequence;
     ready_time = arrival.ready_time;
     root_ready_time = arrival.root_time != TimePoint{} ? arrival.root_time : arrival.ready_time;
@@ -129,7 +129,7 @@ struct CallbackRecord final : DispatchState, Sink {
   /// with a deadline.
   void set_urgency() noexcept;
   // As a sink.
-  void announce(Arrival arrival) noexcept override;
+  void announce(const Arrival& arrival) noexcept override;
   bool takes_here() const noexcept override;
   void release_changed() noexcept override;
   void remove() noexcept override;

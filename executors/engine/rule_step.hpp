@@ -45,8 +45,8 @@ class RuleStep {
  public:
   RuleStep(Rule& rule, Dispatcher& dispatcher);
 
-  /// As Dispatcher::run_next.
-  bool run_next(Worker& worker, const ReadySet::Limits& limits) noexcept;
+  /// As Dispatcher::run_next, which stays small without it.
+  [[gnu::noinline]] bool run_next(Worker& worker, const ReadySet::Limits& limits) noexcept;
   /// Before spin_some: which callbacks it runs.
   void take_snapshot() noexcept {
     if (outputs_ == nullptr) look();  // else a period takes its own
@@ -58,7 +58,7 @@ class RuleStep {
   std::size_t held_back() const noexcept { return outputs_ != nullptr ? outputs_->size() : 0; }
 
  private:
-  void look() noexcept;
+  [[gnu::noinline]] void look() noexcept;
   bool run_period(Worker& worker) noexcept;
   void take_inputs(const Worker& worker, std::vector<Execution>& executions) noexcept;
 

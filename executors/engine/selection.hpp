@@ -35,7 +35,7 @@ class Selection {
   bool is_open() const noexcept { return rule_ == nullptr || rule_->is_open(); }
 
   /// True: it is put aside, or passed over.
-  bool puts_aside(CallbackRecord& record, std::size_t worker) noexcept;
+  [[gnu::noinline]] bool puts_aside(CallbackRecord& record, std::size_t worker) noexcept;
   /// The rule may admit it later: then it is put aside, and true.
   bool holds(CallbackRecord& record) noexcept;
   /// What was put aside, linked by next; from here on nothing is.

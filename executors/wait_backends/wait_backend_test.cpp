@@ -34,7 +34,7 @@ using Events = FileDescriptorEvents;
 
 class CountingListener final : public ArrivalListener {
  public:
-  void announce(Arrival) noexcept override { ++announcements; }
+  void announce(const Arrival&) noexcept override { ++announcements; }
   int announcements = 0;
 };
 
