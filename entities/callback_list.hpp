@@ -10,6 +10,7 @@
 #include <iterator>
 #include <memory>
 #include <mutex>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -93,7 +94,10 @@ class Removable<Result(Arguments...)> final : public RemovableBase {
 
  private:
   void destroy_function() noexcept override { function_ = {}; }
-  UserFunction<Result(Arguments...)> function_;
+  // What gives a reference names a listener of ours, such as an executor: it may hear of
+  // something under a lock, and is no code of the user.
+  std::conditional_t<std::is_reference_v<Result>, Function, UserFunction<Result(Arguments...)>>
+      function_;
 };
 
 /// Owns a function: the last pointer removes it.

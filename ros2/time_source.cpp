@@ -11,15 +11,18 @@ namespace takt {
 
 void TimeSource::set_host(const std::shared_ptr<Node>& host) {
   std::shared_ptr<Subscription<ClockMessage>> unused;  // goes after the lock: that may wait
-  const std::lock_guard lock(mutex_);
-  unused = std::move(subscription_);
-  host_ = host;
-  if (!clocks_.empty()) subscribe();
+  {
+    const std::lock_guard lock(mutex_);
+    unused = std::move(subscription_);
+    host_ = host;
+    if (clocks_.empty()) return;
+  }
+  subscribe();
 }
 
 void TimeSource::follow(const std::shared_ptr<SimulatedClock>& clock) {
-  const std::lock_guard lock(mutex_);
   subscribe();
+  const std::lock_guard lock(mutex_);
   std::erase_if(clocks_, [](const Followed& known) { return known.clock.expired(); });
   const auto known = std::find_if(clocks_.begin(), clocks_.end(), [&](const Followed& each) {
     return is_same_owner(each.clock, clock);
@@ -41,13 +44,21 @@ void TimeSource::leave(const SimulatedClock& clock) noexcept {
   now_.reset();
 }
 
+// Without the lock, as executors that listen to the node have theirs. If another thread has done it
+// meanwhile, or the host is another one, this subscription goes again.
 void TimeSource::subscribe() {
-  const auto host = host_.lock();
-  if (host == nullptr || subscription_ != nullptr) return;
-  subscription_ = host->create_subscription<ClockMessage>(
+  std::shared_ptr<Node> host;
+  {
+    const std::lock_guard lock(mutex_);
+    host = host_.lock();
+    if (host == nullptr || subscription_ != nullptr) return;
+  }
+  std::shared_ptr<Subscription<ClockMessage>> made = host->create_subscription<ClockMessage>(
       "/clock", *qos_profile("clock"), [this](const ClockMessage& message) {
         set(TimePoint(Nanoseconds(Time(message.clock).nanoseconds())));
       });
+  const std::lock_guard lock(mutex_);
+  if (subscription_ == nullptr && is_same_owner(host_, host)) subscription_.swap(made);
 }
 
 void TimeSource::set(TimePoint now) noexcept {

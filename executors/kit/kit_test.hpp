@@ -106,7 +106,7 @@ class Kit : public ::testing::Test {
   }
 
   ManualClock clock_;
-  int begin_ms_ = now_ms();
+  int begin_ms_ = static_cast<int>(clock_.now().time_since_epoch() / 1ms);
   std::shared_ptr<Node> node_ = std::make_shared<Node>("node", NodeOptions{.clock = &clock_});
   std::map<std::string, std::shared_ptr<Publisher<Number>>> publishers_;
   std::vector<std::string> trace_;
