@@ -7,6 +7,10 @@
 
 namespace takt {
 
+bool has_key(const std::vector<OwnKey>& keys, std::string_view name) noexcept {
+  return std::any_of(keys.begin(), keys.end(), [&](const OwnKey& key) { return key.name == name; });
+}
+
 void OwnValue::refuse(const std::string& what, const std::string& what_to_do) const {
   throw OwnValueError(line, fmt::format("'{}': {}", name, what), what_to_do);
 }

@@ -21,6 +21,7 @@ namespace TAKT_PUBLIC takt {
 struct OwnKey {
   std::string name, help;
 };
+bool has_key(const std::vector<OwnKey>& keys, std::string_view name) noexcept;
 
 /// An error of a value, which knows the line of that value.
 /// Thread safety: as Error. Real-time: no.

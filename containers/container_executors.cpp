@@ -26,10 +26,7 @@ std::string override(ExecutorDescription& executor, const ContainerOverrides& ov
     if (executor.trigger.let_period != Nanoseconds::zero()) unused.emplace_back("`let`");
     executor.trigger = {};
   }
-  const auto takes = [&](const OwnValue& value) {
-    return std::any_of(traits.keys.begin(), traits.keys.end(),
-                       [&](const OwnKey& key) { return key.name == value.name; });
-  };
+  const auto takes = [&](const OwnValue& value) { return has_key(traits.keys, value.name); };
   for (const OwnValue& value : executor.own) {
     if (!takes(value)) unused.push_back(fmt::format("`{}`", value.name));
   }

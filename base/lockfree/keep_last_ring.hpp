@@ -53,7 +53,7 @@ class KeepLastRing {
 
   /// Returns the item that was overwritten, or nullptr. `front` returns the three numbers while the
   /// item waits. (Numbers, no struct: one that is written by fields and copied whole is read only
-  /// when the writes have left the store buffer, 4 ns each time.)
+  /// when the writes have left the store buffer.)
   T* push(T* item, std::uint64_t sequence, std::int64_t time_ns,
           std::int64_t root_time_ns = 0) noexcept {
     for (;;) {

@@ -64,8 +64,7 @@ std::unique_ptr<Rule> rule_for(const ExecutorOptions& options, const ExecutorTra
                 "leave out `trigger` and `let`, or choose 'triggered'");
   }
   for (const OwnValue& value : options.own) {
-    if (std::none_of(traits.keys.begin(), traits.keys.end(),
-                     [&](const OwnKey& key) { return key.name == value.name; })) {
+    if (!has_key(traits.keys, value.name)) {
       value.refuse(fmt::format("executor '{}' is of a type without this key", options.name));
     }
   }

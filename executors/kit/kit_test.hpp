@@ -1,4 +1,4 @@
-// Rules and workers' policies for tests, and what these do with them.
+// Rules and workers' policies for tests, and the fixture of these tests.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_KIT_KIT_TEST_HPP_
 #define TAKT_EXECUTORS_KIT_KIT_TEST_HPP_

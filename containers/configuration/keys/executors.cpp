@@ -48,10 +48,6 @@ std::vector<OwnKey> own_keys(const AnyRegistry& registry, const std::string& nam
   return all;
 }
 
-bool names(const std::vector<OwnKey>& keys, std::string_view name) {
-  return std::any_of(keys.begin(), keys.end(), [&](const OwnKey& key) { return key.name == name; });
-}
-
 void find_type(const ExecutorDescription& executor) {
   if (executor.library.empty()) return executors().check(executor.type);
   load_executor(executor.type, executor.library);
@@ -199,7 +195,7 @@ void ConfigurationReader::read_executor(const Value& value) {
   }
   const std::vector<OwnKey> keys = own_keys(executors(), executor.type, value);
   for (const Field& field : fields) {
-    if (!executors().knows(executor.type) || !names(keys, field.key)) continue;
+    if (!executors().knows(executor.type) || !has_key(keys, field.key)) continue;
     errors_.add(
         value.line,
         fmt::format("type '{}' brings the key '{}', which is Takt's", executor.type, field.key),
