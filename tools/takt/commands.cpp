@@ -19,7 +19,6 @@
 #include "takt/measuring/output.hpp"
 
 #include "exit_status.hpp"
-#include "outputs.hpp"
 #include "prompt/mistakes.hpp"
 #include "prompt/values.hpp"
 #include "run_takt.hpp"
@@ -105,14 +104,14 @@ int split_program(int argc, char** argv) {
   return static_cast<int>(dashes - argv);
 }
 
-void set_up(CLI::App& app) {
+std::shared_ptr<const Outputs> set_up(CLI::App& app) {
   app.set_version_flag("--version", TAKT_VERSION);
   app.require_subcommand(1);
   app.formatter(std::make_shared<HelpFormatter>());
   app.footer(
       "Example:\n"
       "  takt compare robot.yaml --executors all --duration 5s\n");
-  begin_outputs();
+  const std::shared_ptr<Outputs> outputs = begin_outputs();
   for (const auto& [name, entry] : commands()) {
     CLI::App* const command = app.add_subcommand(name, entry.what);
     entry.set_up(command);
@@ -123,8 +122,9 @@ void set_up(CLI::App& app) {
       if (!is_own) each->footer(own_examples(*each));
     }
   }
-  check_outputs_of(app);
+  check_outputs_of(app, outputs);
   finish_values(app);
+  return outputs;
 }
 
 int run_takt(int argc, char** argv) {

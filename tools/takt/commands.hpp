@@ -3,10 +3,13 @@
 #ifndef TAKT_TOOLS_TAKT_COMMANDS_HPP_
 #define TAKT_TOOLS_TAKT_COMMANDS_HPP_
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
+
+#include "outputs.hpp"
 
 namespace takt::tools {
 
@@ -27,8 +30,8 @@ std::string with_program(const std::string& file);
 /// The number of words in front of the program; the rest is kept.
 int split_program(int argc, char** argv);
 
-/// Makes it `takt`, with all registered subcommands, sorted by name.
-void set_up(CLI::App& app);
+/// Makes it `takt`, with all registered subcommands, sorted by name. Returns their outputs.
+std::shared_ptr<const Outputs> set_up(CLI::App& app);
 
 }  // namespace takt::tools
 

@@ -2,6 +2,7 @@
 #include "outputs.hpp"
 
 #include <filesystem>
+#include <memory>
 #include <utility>
 
 #include <CLI/CLI.hpp>
@@ -17,12 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<OutputOption>& all() {
-  static std::vector<OutputOption> options;
-  return options;
-}
-
-const CLI::App* chosen = nullptr;
+std::weak_ptr<Outputs> current;
 
 bool is_same_file(const fs::path& a, const fs::path& b) {
   std::error_code none;
@@ -31,7 +27,7 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
   return !fs::exists(a, none) && fs::weakly_canonical(a, none) == fs::weakly_canonical(b, none);
 }
 
-void check_file(const std::string& file, const OutputOption& output) {
+void check_file(const Outputs& outputs, const std::string& file, const OutputOption& output) {
   OutputFile::check(file);
   std::error_code none;
   if (fs::exists(file, none) && !fs::is_regular_file(file, none)) return;  // a device, a pipe
@@ -40,7 +36,7 @@ void check_file(const std::string& file, const OutputOption& output) {
                             output.option->get_name(), other),
                 "name another file", file);
   };
-  for (const OutputOption& other : all()) {
+  for (const OutputOption& other : outputs.options) {
     const bool is_other = other.command == output.command && other.option != output.option;
     if (!is_other || other.option->empty()) continue;
     for (const std::string& one : other.files(*other.value)) {
@@ -61,10 +57,10 @@ void check_file(const std::string& file, const OutputOption& output) {
   }
 }
 
-void check(const CLI::App* command) {
-  for (const OutputOption& output : all()) {
-    if (output.command != command || output.option->empty()) continue;
-    for (const std::string& file : output.files(*output.value)) check_file(file, output);
+void check(const Outputs& outputs) {
+  for (const OutputOption& output : outputs.options) {
+    if (output.command != outputs.chosen || output.option->empty()) continue;
+    for (const std::string& file : output.files(*output.value)) check_file(outputs, file, output);
   }
 }
 
@@ -78,7 +74,7 @@ std::vector<std::string> named_file(const std::string& value) {
 CLI::Option* add_output(CLI::App& command, const std::string& names, std::string& value,
                         const std::string& what, FilesOf files) {
   CLI::Option* const option = command.add_option(names, value, what);
-  all().push_back({&command, option, &value, std::move(files)});
+  current.lock()->options.push_back({&command, option, &value, std::move(files)});
   if (command.get_option_no_throw("--force") == nullptr) {
     command.add_flag_callback(
         "--force", [] { OutputFile::permit_overwriting(); },
@@ -87,27 +83,24 @@ CLI::Option* add_output(CLI::App& command, const std::string& names, std::string
   return option;
 }
 
-void begin_outputs() {
-  all().clear();
-  chosen = nullptr;
+std::shared_ptr<Outputs> begin_outputs() {
+  const auto outputs = std::make_shared<Outputs>();
+  current = outputs;
+  return outputs;
 }
 
-void check_outputs_of(CLI::App& app) {
+void check_outputs_of(CLI::App& app, const std::shared_ptr<Outputs>& outputs) {
   for (CLI::App* const command : app.get_subcommands({})) {
-    check_outputs_of(*command);
-    command->parse_complete_callback([command] {
-      chosen = command;
-      check(command);
+    check_outputs_of(*command, outputs);
+    command->parse_complete_callback([command, outputs] {
+      outputs->chosen = command;
+      check(*outputs);
     });
   }
 }
 
 void check_chosen_outputs() {
-  check(chosen);
-}
-
-const std::vector<OutputOption>& output_options() {
-  return all();
+  if (const auto outputs = current.lock()) check(*outputs);
 }
 
 }  // namespace takt::tools

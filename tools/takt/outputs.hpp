@@ -4,6 +4,7 @@
 #define TAKT_TOOLS_TAKT_OUTPUTS_HPP_
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -24,13 +25,6 @@ std::vector<std::string> named_file(const std::string& value);
 CLI::Option* add_output(CLI::App& command, const std::string& names, std::string& value,
                         const std::string& what, FilesOf files = named_file);
 
-/// Around the set-up of all commands: from then on, each is checked when its words are known.
-void begin_outputs();
-void check_outputs_of(CLI::App& app);
-
-/// Once more for the command that was chosen, when it has read its inputs.
-void check_chosen_outputs();
-
 /// An option that was added so.
 struct OutputOption {
   CLI::App* command;
@@ -38,7 +32,20 @@ struct OutputOption {
   const std::string* value;
   FilesOf files;
 };
-const std::vector<OutputOption>& output_options();
+
+/// Those of all commands, and the command whose words are known.
+struct Outputs {
+  std::vector<OutputOption> options;
+  const CLI::App* chosen = nullptr;
+};
+
+/// Around the set-up of all commands: from then on, each is checked when its words are known. The
+/// commands keep what is returned, so that nothing refers to them once they are destroyed.
+std::shared_ptr<Outputs> begin_outputs();
+void check_outputs_of(CLI::App& app, const std::shared_ptr<Outputs>& outputs);
+
+/// Once more for the command that was chosen, when it has read its inputs.
+void check_chosen_outputs();
 
 }  // namespace takt::tools
 

@@ -78,8 +78,7 @@ TEST(Outputs, OfEveryCommandOverwriteNoFileOfAPersonAndNoInput) {
   std::vector<Case> cases;
   {
     CLI::App app("Takt", "takt");
-    set_up(app);
-    for (const OutputOption& output : output_options()) {
+    for (const auto outputs = set_up(app); const OutputOption& output : outputs->options) {
       const std::string value = folder / "out.html";
       std::vector<std::string> files = output.files(value);
       std::string is = value;
@@ -131,6 +130,11 @@ TEST(Outputs, AreNoneOfTheWordsOfTheirCommand) {
     EXPECT_NE(Takt().said(words).find("named twice"), std::string::npos)
         << testing::PrintToString(words) << ": " << Takt().said(words);
   }
+}
+
+TEST(Outputs, AreNotCheckedOnceTheirCommandsAreDestroyed) {
+  { (void)Takt().said({"list", "nodes", "--json", "out.json"}); }
+  check_chosen_outputs();
 }
 
 }  // namespace

@@ -279,7 +279,7 @@ void add_sections(const YAML::Node& map, const std::string& name,
 TEST(ParameterFile, OfRobotsIsReadAsRos2Does) {
   const char* const folder = std::getenv("TAKT_PARAMETER_FILES");
   if (folder == nullptr) GTEST_SKIP() << "TAKT_PARAMETER_FILES names no folder";
-  std::size_t read = 0;
+  std::size_t files_read = 0;
   for (const auto& file : std::filesystem::recursive_directory_iterator(folder)) {
     if (file.path().extension() != ".yaml") continue;
     SCOPED_TRACE(file.path());
@@ -297,9 +297,9 @@ TEST(ParameterFile, OfRobotsIsReadAsRos2Does) {
     } catch (const std::exception& error) {
       ADD_FAILURE() << error.what();
     }
-    ++read;
+    ++files_read;
   }
-  EXPECT_GT(read, 0u);
+  EXPECT_GT(files_read, 0u);
 }
 
 }  // namespace
