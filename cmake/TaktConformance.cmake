@@ -25,5 +25,6 @@ if(TAKT_INSTALL)
   install(FILES ${sources} DESTINATION ${suite})
   install(FILES executors/conformance/conformance.hpp
           DESTINATION ${suite}/include/takt/executors/conformance)
-  install(FILES testing/eventually.hpp testing/outside.hpp DESTINATION ${suite}/include/takt/testing)
+  install(FILES testing/eventually.hpp testing/outside.hpp testing/pipe.hpp
+          DESTINATION ${suite}/include/takt/testing)
 endif()

@@ -10,6 +10,7 @@
 
 #include "takt/containers/configuration/configuration_file_test.hpp"
 #include "takt/containers/container.hpp"
+#include "takt/executors/wait_backends/wait_backend.hpp"
 
 namespace takt {
 namespace {
@@ -183,6 +184,29 @@ TEST(ExecutorLibrary, AddsNoExecutorThatNoFileNames) {
       ExecutorsFile("type: events", "schedulers: {sound: {library: libbeside.so}}\n").errors(),
       StartsWith("robot.yaml:4: library '"));
   EXPECT_THAT(executors().names(), Not(Contains("twice")));
+}
+
+// A sound one: examples/20_wait_backend.
+TEST(WaitBackendLibrary, MustWakeWhatItIsPostedFor) {
+  const auto errors_of = [](const std::string& name, const std::string& library = "libbeside.so") {
+    return ExecutorsFile("wait: " + name,
+                         "wait_backends: {" + name + ": {library: " + library + "}}\n")
+        .errors();
+  };
+  EXPECT_EQ(errors_of("never"),
+            "robot.yaml:4: wait back end 'never' loses a post; each post ends one wait, also if it "
+            "came before\n");
+  EXPECT_EQ(errors_of("always"),
+            "robot.yaml:4: wait back end 'always' returns a post that never came; each post ends "
+            "one wait, also if it came before\n");
+  EXPECT_THAT(errors_of("futex"), StartsWith("robot.yaml:4: the name 'futex' is taken by another "
+                                             "wait back end; "));
+  EXPECT_EQ(errors_of("auto"),
+            "robot.yaml:4: the name 'auto' means Takt's choice; register another one\n");
+  EXPECT_THAT(errors_of("nevr"), AllOf(HasSubstr("registers no wait back end 'nevr'; did you mean "
+                                                 "'never'?"),
+                                       Not(HasSubstr("robot.yaml:2"))));
+  EXPECT_THAT(wait_backends().names(), Not(Contains("never")));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A library of executors, good ones and bad ones, for executor_library_test.cpp.
+// A library of executors and wait back ends, good ones and bad ones, for executor_library_test.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
 #include <stdexcept>
@@ -9,6 +9,7 @@
 #define TAKT_VERSION "0.0.1"
 #endif
 #include "takt/executors/executor.hpp"
+#include "takt/executors/wait_backends/wait_backend.hpp"
 
 namespace {
 
@@ -29,6 +30,17 @@ struct LastCome {
   }
 };
 
+struct Never : takt::WaitBackend {
+  explicit Never(std::size_t) {}
+  bool wait(std::size_t, takt::TimePoint) noexcept override { return false; }
+  void post() noexcept override {}
+};
+
+struct Always : Never {
+  using Never::Never;
+  bool wait(std::size_t, takt::TimePoint) noexcept override { return true; }
+};
+
 }  // namespace
 
 TAKT_REGISTER_EXECUTOR("sound", "every event at once, for two threads",
@@ -40,3 +52,7 @@ TAKT_REGISTER_EXECUTOR("of_its_scheduler", "for tests", .scheduler = "its_own")
 TAKT_REGISTER_EXECUTOR("events", "for tests")
 TAKT_REGISTER_EXECUTOR("twice", "for tests")
 TAKT_REGISTER_EXECUTOR("twice", "for tests")
+TAKT_REGISTER_WAIT_BACKEND("never", "for tests", Never)
+TAKT_REGISTER_WAIT_BACKEND("always", "for tests", Always)
+TAKT_REGISTER_WAIT_BACKEND("futex", "for tests", Never)
+TAKT_REGISTER_WAIT_BACKEND("auto", "for tests", Never)

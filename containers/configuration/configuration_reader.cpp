@@ -121,6 +121,8 @@ void ConfigurationReader::read_file(const Value& root) {
         each_in_map([this](const Value& topic) { read_topic(topic); })},
        {"schedulers", "External schedulers, by the name that their library registers.",
         each_in_map([this](const Value& scheduler) { read_scheduler(scheduler); })},
+       {"wait_backends", "External wait back ends, by the name that their library registers.",
+        each_in_map([this](const Value& backend) { read_wait_backend(backend); })},
        {"executors", "Executors by name.",
         each_in_map([this](const Value& executor) { read_executor(executor); })},
        {"nodes",

@@ -67,9 +67,9 @@ class ConfigurationReader : private SystemReader {
   Field waits_field(std::optional<Nanoseconds>& waits);
   Read into_rt_runtime(std::optional<Nanoseconds>& runtime);
 
-  // Schedulers
+  // Schedulers and wait back ends
   void read_scheduler(const Value& value);
-  Read into_scheduler(std::string& target);
+  void read_wait_backend(const Value& value);
 
   // Executors
   void read_executor(const Value& value);
@@ -126,7 +126,7 @@ class ConfigurationReader : private SystemReader {
                  std::set<std::pair<std::string, std::string>>& steps);
 
   const LoadPolicy* policy_ = nullptr;  // applies to requests; nullptr: a file may load anything
-  std::set<std::string> broken_schedulers_;
+  std::set<std::string> broken_;        // schedulers and wait back ends, which were reported
   std::map<std::string, ThreadAttributes> threads_;
   Threads executors_threads_;                   // of all executors
   std::set<std::string> executors_{"default"};  // exists in every system

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Are executors of a library full ones? kit_test.py TAKT FOLDER-OF-EXAMPLES
 
-Runs 18_table_driven and 19_bands: their statistics, chains, traces and analysis, and their mistakes.
+Runs 18_table_driven, 19_bands and 20_wait_backend: their statistics, chains, traces and analysis, and their mistakes.
 """
 # SPDX-License-Identifier: Apache-2.0
 import json
@@ -78,3 +78,8 @@ assert any("which cannot use of it: `table`" in note for note in notes), notes
 ran = results(bands)
 assert {each["name"] for each in ran["threads"]} >= {"urgent", "usual"}, ran["threads"]
 assert one(ran["callbacks"], callback="odometry_timer")["received"] > 100
+
+semaphore = examples / "20_wait_backend/robot.yaml"
+assert "semaphore  POSIX semaphores" in run("list", "wait_backends", semaphore)[0]
+ran = results(semaphore)
+assert one(ran["callbacks"], callback="imu")["received"] > 20, ran["callbacks"]

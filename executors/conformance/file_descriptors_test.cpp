@@ -1,48 +1,13 @@
 // File descriptors under every executor and scheduler, and under every executor and wait back end.
 // SPDX-License-Identifier: Apache-2.0
-#include <fcntl.h>
-#include <unistd.h>
-
 #include "takt/executors/conformance/conformance.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
+#include "takt/testing/pipe.hpp"
 
 namespace takt::conformance {
 namespace {
 
 using Events = FileDescriptorEvents;
-
-/// A pipe that neither end blocks on.
-class Pipe {
- public:
-  Pipe() { EXPECT_EQ(pipe2(ends_, O_NONBLOCK | O_CLOEXEC), 0); }
-  ~Pipe() {
-    close(ends_[0]);
-    close_writer();
-  }
-  int reader() const { return ends_[0]; }
-  void close_writer() {
-    if (ends_[1] >= 0) close(std::exchange(ends_[1], -1));
-  }
-  void send(std::string_view text) const {
-    while (!text.empty()) {
-      const ssize_t size = write(ends_[1], text.data(), text.size());
-      if (size > 0) {
-        text.remove_prefix(static_cast<std::size_t>(size));
-      } else {
-        std::this_thread::yield();  // it is full
-      }
-    }
-  }
-  std::string receive(std::size_t most) const {
-    std::string text(most, ' ');
-    const ssize_t size = read(ends_[0], text.data(), most);
-    text.resize(size < 0 ? 0 : static_cast<std::size_t>(size));
-    return text;
-  }
-
- private:
-  int ends_[2] = {-1, -1};
-};
 
 /// Executor, scheduler ("" for its own) and wait back end.
 class ConformanceFileDescriptors
@@ -430,7 +395,9 @@ INSTANTIATE_TEST_SUITE_P(Every, ConformanceFileDescriptors,
 
 std::vector<std::string> wait_backends_that_serve_them() {
   std::vector<std::string> names = wait_backends().names();
-  std::erase_if(names, [](const std::string& name) { return name == "futex"; });
+  std::erase_if(names, [](const std::string& name) {
+    return !wait_backends().traits(name).serves_file_descriptors;
+  });
   return names;
 }
 

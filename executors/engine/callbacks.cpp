@@ -485,15 +485,15 @@ std::vector<ThreadStatistics> Callbacks::thread_statistics() const {
 // Runs on the watchdog's thread. The handler runs without the mutex, and may destroy this: that of
 // a node under `isolated` which removes the node did, and its mutex was locked afterwards.
 std::optional<TimePoint> Callbacks::report_miss(TimePoint now) noexcept {
-  Observation::Miss miss;
+  Supervision::Miss miss;
   {
     const std::lock_guard lock(mutex_);
     for (const auto& [id, record] : records_) {
-      if (Observation::find_miss(*record, now, miss)) break;
+      if (Supervision::find_miss(record->supervision, record->wanted.overrun, now, miss)) break;
     }
   }
   if (miss.late == nullptr) return miss.next;
-  Observation::report(miss);
+  Supervision::report(miss);
   return {};
 }
 

@@ -85,7 +85,7 @@ std::unique_ptr<ScheduleUpdate> Changes::make(const CallbackRecords& records,
     park(*record);
     if (!record->is_handed_over) update->added.push_back(record.get());
     update->all.push_back(record.get());
-    update->reads_clock |= must_be_checked(*record, record->wanted);
+    update->reads_clock |= record->must_be_checked(record->wanted);
   }
   update->timers.reserve(records.size());
   update->next_snapshot.resize(records.size());

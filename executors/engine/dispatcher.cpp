@@ -81,7 +81,7 @@ bool Dispatcher::run_ready(Worker& worker, const ReadySet::Limits& limits) noexc
   const TimePoint picked =
       ready_.timers().now();  // read since the last callback, or the last sleep
   if (execution.is_checked) [[unlikely]]
-    observation_.watch_execution(*record, worker);
+    record->watch_execution(worker.index, options_.watchdog.get());
   if (record->is_reentrant()) {
     take(execution);
     workers_.pass_on();
@@ -137,18 +137,14 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
     if (is_checked) record.supervision->running[worker.index].deadline.store(kNever);
     return times;
   }
-  const bool is_root = slot.chain_instance == 0;
-  const std::uint64_t instance = is_root ? slot.sequence : slot.chain_instance;
-  const TimePoint root = is_root ? slot.ready_time : slot.root_release;
-  const std::uint64_t path = extend_path(slot.path, record.entity->mark());
-  Dispatch dispatch{execution.as_picked.info, instance, root, path, outputs,
-                    record.exclusion.get()};
+  Dispatch dispatch =
+      record.dispatch(slot, execution.as_picked.info, outputs, record.exclusion.get());
   const Dispatch::Scope scope(dispatch);
   if (is_checked) [[unlikely]]
     record.supervision->running[worker.index].chain_instance.store(dispatch.chain_instance);
   ThreadUsage before;
   if (worker.trace != nullptr) [[unlikely]]
-    before = Observation::usage_of_thread();
+    before = ThreadUsage::now();
   // Last before the callback: what is done for it, in no cache, belongs to the latency.
   if (times.are_read && (is_checked || (times_take_ && !starts_at_once(worker, execution))))
       [[unlikely]]
@@ -158,10 +154,10 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
   if (times.are_read || is_checked) [[unlikely]]
     times.end = options_.clock->now();
   if (worker.trace != nullptr) [[unlikely]]
-    times.used = Observation::usage_of_thread() - before;
+    times.used = ThreadUsage::now() - before;
   if (is_checked) [[unlikely]] {
     try {
-      observation_.check_limits(lock(), worker, execution, dispatch, times);
+      record.check_limits(lock(), worker.index, slot, dispatch, times);
     } catch (...) {
       caught(record, std::current_exception());
     }
@@ -195,9 +191,8 @@ void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes tim
     times.picked = std::max(times.picked, execution.slot.ready_time);
     times.start = std::max(times.start, times.picked);
     if (is_taken && observation_.records_times())
-      observation_.record_times(record, execution.slot, times);
-    if (is_taken && worker.trace != nullptr)
-      Observation::trace(worker, record, execution.slot, times);
+      record.record_times(execution.slot, times, options_.slices.get());
+    if (is_taken && worker.trace != nullptr) record.trace(*worker.trace, execution.slot, times);
     ready_.report_execution(record, execution.as_picked, times.end - times.start);
     if (rule_ != nullptr && rule_->uses_time())
       rule_->done(execution.as_picked, execution.label, times.end - times.start);

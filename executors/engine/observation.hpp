@@ -18,22 +18,6 @@
 
 namespace takt::detail {
 
-/// What a thread has used so far, or for one execution.
-struct ThreadUsage {
-  Nanoseconds cpu_time{0};
-  std::int64_t waits = 0;  // how often it gave up the CPU by itself; not where it was preempted
-  ThreadUsage operator-(const ThreadUsage& before) const noexcept {
-    return {cpu_time - before.cpu_time, waits - before.waits};
-  }
-};
-
-/// Of one execution.
-struct ExecutionTimes {
-  TimePoint picked, start, end;
-  bool are_read = false;  // otherwise all are the time of the pick
-  ThreadUsage used = {};
-};
-
 /// Thread safety: as the sections say.
 /// Real-time: the first section allocates nothing.
 class Observation {
@@ -43,25 +27,10 @@ class Observation {
 
   // ---- Workers ----
 
+  Watchdog* watchdog() const noexcept { return options_.watchdog.get(); }
   bool records_times() const noexcept { return options_.statistics == StatisticsLevel::full; }
-  /// Read before a traced execution begins and after it has ended, as that takes longer than many
-  /// a callback.
-  [[gnu::cold, gnu::noinline]] static ThreadUsage usage_of_thread() noexcept;
-  /// With the dispatch lock held: the callback was picked, and has limits to keep.
-  [[gnu::cold, gnu::noinline]] void watch_execution(CallbackRecord& record,
-                                                    const Worker& worker) noexcept;
-  /// Without it: evaluates the end of an execution by its deadline and budget, the next release,
-  /// and its chains. Throws what the user's handlers throw.
-  [[gnu::cold, gnu::noinline]] void check_limits(DispatchLock& dispatch_lock, const Worker& worker,
-                                                 Execution& execution, const Dispatch& dispatch,
-                                                 const ExecutionTimes& times);
   /// What waits for the rule to open may wait for ever, or does not.
   void set_closed(bool closed) noexcept { is_closed_.store(closed); }
-  /// With the dispatch lock held.
-  void record_times(CallbackRecord& record, const Slot& slot, const ExecutionTimes& times) noexcept;
-  [[gnu::cold, gnu::noinline]] static void trace(Worker& worker, CallbackRecord& record,
-                                                 const Slot& slot,
-                                                 const ExecutionTimes& times) noexcept;
 
   // ---- Control threads, serialised by the mutex of the callbacks ----
 
@@ -84,26 +53,9 @@ class Observation {
   std::vector<ThreadStatistics> thread_statistics(const CallbackRecords& records,
                                                   const Workers& workers) const;
 
-  /// A deadline that has passed, and when the next one does.
-  struct Miss {
-    std::shared_ptr<Supervision> late;  // nullptr: there is none
-    TimePoint missed = kNever, next = kNever;
-  };
-  /// Clears a deadline of the record that has passed. Returns true if it has a handler.
-  static bool find_miss(const CallbackRecord& record, TimePoint now, Miss& miss) noexcept;
-  /// On the watchdog's thread, without the mutex.
-  static void report(const Miss& miss) noexcept;
-
  private:
-  /// What a trace says of a callback.
-  struct Traced {
-    std::string name;
-    EntityKind kind;
-    std::uint64_t mark;
-  };
   bool is_pending(const CallbackRecord& record) const noexcept;
   CallbackStatistics statistics_of(const CallbackRecord& record) const;
-  static Traced traced(const CallbackRecord& record);
 
   const ExecutorOptions& options_;
   const Rule* const rule_;

@@ -99,11 +99,7 @@ void ReadySet::exchange_next_snapshot(ScheduleUpdate& update) noexcept {
 void ReadySet::push_checked(CallbackRecord& record) noexcept {
   record.set_urgency();
   const TimePoint deadline = record.deadline_of(record.ready_time);
-  if (watchdog_ != nullptr && deadline != kNever) {
-    record.supervision->waiting.is_watched = true;
-    record.supervision->waiting.deadline.store(deadline);
-    watchdog_->expect(deadline);
-  }
+  if (watchdog_ != nullptr && deadline != kNever) record.supervision->wait(deadline, *watchdog_);
   hand_back(&record);
 }
 

@@ -15,34 +15,13 @@
 #include "takt/nodes/callback_info.hpp"
 
 namespace takt::detail {
-namespace {
-
-Entity::Counts counts_of(const Entity& entity, bool all_is_served) noexcept {
-  Entity::Counts counts = entity.counts();
-  if (all_is_served) {
-    counts.expected -= std::min(counts.expected, std::uint64_t(entity.ready_count()));
-  }
-  return counts;
-}
-
-}  // namespace
-
 CallbackRecord::CallbackRecord(Callbacks& owner, Dispatcher& by, std::shared_ptr<Entity> of,
                                const Node& its_node, const CallbackParameters& parameters)
-    : dispatcher(by),
+    : Observed(std::move(of), its_node, parameters, by.workers().all().size(),
+               by.observation().records_times()),
+      dispatcher(by),
       callbacks(owner),
-      entity(std::move(of)),
-      group(entity->group()),
-      takes_briefly(entity->takes_briefly()),
-      supervision(std::make_shared<Supervision>(by.workers().all().size())),
-      node(its_node.fully_qualified_name()) {
-  supervision->node = node;
-  supervision->callback = entity->name();
-  supervision->on_deadline_miss = parameters.on_deadline_miss;
-  supervision->on_overrun = parameters.on_overrun;
-  if (!by.observation().records_times()) return;
-  times = std::make_unique<CallbackTimes>();  // now, as nothing is allocated when they are filled
-  if (has_message_times(entity->kind())) message_times = std::make_unique<MessageTimes>();
+      takes_briefly(entity->takes_briefly()) {
 }
 
 void CallbackRecord::set(const CallbackSettings& now) noexcept {
@@ -53,7 +32,7 @@ void CallbackRecord::set(const CallbackSettings& now) noexcept {
   demoted_info.criticality = std::numeric_limits<int>::min();
   demoted_info.chain = kNoChain;
   demoted_info.period = Nanoseconds::zero();
-  is_checked = must_be_checked(*this, settings);
+  is_checked = must_be_checked(settings);
   if (!is_checked) is_demoted = false;
   set_urgency();  // it may be waiting: then it goes back with the new urgency
 }
@@ -65,8 +44,7 @@ void CallbackRecord::set_urgency() noexcept {
 
 void CallbackRecord::own_entity() noexcept {
   entity->set_owner(this);
-  counted_before = entity->answered();
-  lost_before = counted_before.dropped + counted_before.missed;
+  begin_counting();
 }
 
 // ---- As a sink ----
@@ -145,8 +123,7 @@ void CallbackRecord::wait_until_over() const noexcept {
 void CallbackRecord::detach() noexcept {
   if (!state.begin_to_detach()) return state.wait_until_detached();
   entity->detach();
-  counted_in_the_end = counts_of(*entity, /*all_is_served=*/true);
-  entity->set_answered(counted_in_the_end);
+  end_counting();
   state.set_detached();
 }
 
@@ -165,19 +142,6 @@ std::shared_ptr<Entity> CallbackRecord::release_entity() noexcept {
 }
 
 // ---- What it says ----
-
-Entity::Counts CallbackRecord::entity_counts(bool all_is_served) const noexcept {
-  Entity::Counts since =
-      state.is_detached() ? counted_in_the_end : counts_of(*entity, all_is_served);
-  const auto subtract = [](std::uint64_t& from, std::uint64_t before) noexcept {
-    from -= std::min(from, before);  // of a node that is not active, fewer may be expected now
-  };
-  subtract(since.expected, counted_before.expected);
-  subtract(since.from_outside, counted_before.from_outside);
-  subtract(since.dropped, counted_before.dropped);
-  subtract(since.missed, counted_before.missed);
-  return since;
-}
 
 NamedCallback named(const CallbackRecord& record, const CallbackInfo& info) noexcept {
   return {record.supervision->node, record.supervision->callback, info};
@@ -200,13 +164,6 @@ CallbackSettings settings_of(const CallbackRecord& record, const Node& node) {
                 "let it throw takt::Error for a callback that it refuses, and nothing else");
   }
   return settings;
-}
-
-bool must_be_checked(const CallbackRecord& record, const CallbackSettings& settings) noexcept {
-  return settings.info.deadline != Nanoseconds::zero() ||
-         settings.info.budget != Nanoseconds::zero() ||
-         settings.overrun != OverrunPolicy::catch_up || record.supervision->on_overrun ||
-         !record.entity->chain_steps().empty();
 }
 
 }  // namespace takt::detail

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "takt/base/clock.hpp"
-#include "takt/base/counter.hpp"
 #include "takt/entities/entity.hpp"
+#include "takt/executors/engine/observed.hpp"
 #include "takt/executors/engine/record_state.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/sched/scheduler.hpp"
@@ -24,44 +24,6 @@ namespace takt::detail {
 class Callbacks;
 class Dispatcher;
 
-/// The effective parameters of a callback. They may change at a dispatch point.
-struct CallbackSettings {
-  CallbackInfo info;
-  OverrunPolicy overrun = OverrunPolicy::catch_up;
-  std::uint64_t label = 0;           // what the executor's rule has said of it
-  WorkerSet workers = ~WorkerSet{};  // that may take it
-
-  friend bool operator==(const CallbackSettings&, const CallbackSettings&) = default;
-};
-
-/// What the overrun handlers of a callback need; it outlives the record while they run. Names and
-/// handlers never change.
-struct Supervision {
-  /// A deadline that the watchdog reports when it passes: one for the waiting release, one for each
-  /// execution.
-  struct Watch {
-    /// Whether a miss has to be reported, here or by the watchdog, which then clears the deadline.
-    /// Only the worker uses it.
-    bool is_watched = false;
-    std::atomic<TimePoint> deadline{kNever};
-    std::atomic<std::uint64_t> chain_instance{0};  // the running one
-  };
-  explicit Supervision(std::size_t workers) : running(workers) {}
-
-  /// The waiting release begins to run. Called under the dispatch lock, which a new release takes
-  /// too.
-  Watch& begin(std::size_t worker) noexcept {
-    running[worker].is_watched = std::exchange(waiting.is_watched, false);
-    running[worker].deadline.store(waiting.deadline.exchange(kNever));
-    return running[worker];
-  }
-
-  std::string node, callback;
-  OverrunHandler on_deadline_miss, on_overrun;
-  Watch waiting;
-  std::vector<Watch> running;  // one for each worker
-};
-
 /// What each dispatch of a callback writes: one cache line, as another worker may have had it last,
 /// which nothing shares that publishers read. Serialised by the executor, but for the state.
 struct alignas(64) DispatchState : ReadyCallback {
@@ -69,46 +31,23 @@ struct alignas(64) DispatchState : ReadyCallback {
 };
 static_assert(sizeof(DispatchState) == 64);
 
-/// What else dispatches count of a callback.
-struct DispatchCounts {
-  Counter<> executions;
-  Counter<> with_period, late, too_late, deadline_misses, overruns;
-  Counter<> discarded;  // messages of aborted chain instances
-};
-
 /// All that an executor keeps of one entity. A control thread creates it when the entity is added.
 /// Fields without a comment never change, or are serialised by the executor.
-struct CallbackRecord final : DispatchState, Sink {
+struct CallbackRecord final : DispatchState, Observed, Sink {
   CallbackRecord(Callbacks& owner, Dispatcher& by, std::shared_ptr<Entity> of, const Node& node,
                  const CallbackParameters& parameters);
   ~CallbackRecord() { release_entity(); }
 
   Dispatcher& dispatcher;
   Callbacks& callbacks;
-  std::shared_ptr<Entity> entity;
-  std::shared_ptr<CallbackGroup> group;
   std::shared_ptr<Exclusion> exclusion;  // shared by the group
-  CallbackSettings settings;
-  CallbackInfo demoted_info;  // as settings.info, but less urgent than all others
-  bool is_demoted = false;
-  bool takes_briefly = false;  // as its entity says
-  bool is_checked = false;  // after each execution; otherwise it has no deadline and is not demoted
-  std::shared_ptr<Supervision> supervision;
-  std::string node;
-  // Where statistics are full; the second one of what takes messages. Control threads copy them.
-  std::unique_ptr<CallbackTimes> times;
-  std::unique_ptr<MessageTimes> message_times;
+  CallbackInfo demoted_info;             // as settings.info, but less urgent than all others
+  bool takes_briefly = false;            // as its entity says
   // Guarded by the mutex of the callbacks.
   CallbackSettings wanted;      // from the next update on
   bool is_handed_over = false;  // to the ready set, by an update
   bool is_watched = false;      // its file descriptor
 
-  // What the entity had counted when its former executors gave it back, and when this one did.
-  Entity::Counts counted_before, counted_in_the_end;
-
-  // Dispatches write what follows, too: no publisher reads it.
-  alignas(64) DispatchCounts counts;
-  std::uint64_t lost_before = 0;     // what the entity had lost when last traced
   std::atomic<bool> is_held{false};  // by the rule, perhaps for ever
 
   // Publishers read the mark, and the one that sets it writes the rest: a cache line that the
@@ -158,25 +97,15 @@ struct CallbackRecord final : DispatchState, Sink {
   std::shared_ptr<Entity> release_entity() noexcept;
   /// The entity is free. With ownership_mutex held.
   void own_entity() noexcept;
-  /// What the entity has counted since this record has it. `all_is_served`: messages that still
-  /// wait are not expected.
-  Entity::Counts entity_counts(bool all_is_served) const noexcept;
   /// With ownership_mutex held.
   void forget_earlier_owner() noexcept {
     if (entity != nullptr) entity->forget_earlier_owner(*this);
   }
 
-  CallbackId id() const noexcept { return settings.info.id; }
-  CallbackId key() const noexcept { return wanted.info.id; }  // the same, for control threads
+  CallbackId key() const noexcept { return wanted.info.id; }  // as id(), for control threads
   bool is_described_by(const CallbackInfo* of) const noexcept {
     return of == &settings.info || of == &demoted_info;
   }
-  /// The deadline of what became ready at that time.
-  TimePoint deadline_of(TimePoint ready) const noexcept {
-    const Nanoseconds relative = settings.info.deadline;
-    return relative == Nanoseconds::zero() ? kNever : later(ready, relative);
-  }
-  bool is_timer() const noexcept { return settings.info.kind == EntityKind::timer; }
   bool is_reentrant() const noexcept { return exclusion->is_reentrant(); }
 };
 
@@ -206,9 +135,6 @@ NamedCallback named(const CallbackRecord& record, const CallbackInfo& info) noex
 /// The wanted settings, with the parameters that the callback has in its node now. Throws what a
 /// user's rule or workers' policy throws.
 CallbackSettings settings_of(const CallbackRecord& record, const Node& node);
-
-/// Whether each execution has limits to keep, or is measured as part of a chain.
-bool must_be_checked(const CallbackRecord& record, const CallbackSettings& settings) noexcept;
 
 }  // namespace takt::detail
 

@@ -100,7 +100,8 @@ void RuleStep::take_inputs(const Worker& worker, std::vector<Execution>& executi
     if (ready_.selection().holds(*record)) continue;
     record->state.retain();
     Execution& execution = executions.emplace_back(*record);
-    if (record->is_checked) dispatcher_.observation().watch_execution(*record, worker);
+    if (record->is_checked)
+      record->watch_execution(worker.index, dispatcher_.observation().watchdog());
     execution.is_taken = record->entity->take(execution.slot);
   }
 }

@@ -2,7 +2,11 @@
 #include "takt/executors/wait_backends/wait_backend.hpp"
 
 #include <string>
+#include <utility>
 
+#include <fmt/format.h>
+
+#include "takt/base/library.hpp"
 #include "takt/executors/wait_backends/manual.hpp"
 
 namespace takt {
@@ -28,7 +32,33 @@ std::string cheapest_that_serves(std::size_t workers, bool has_file_descriptors)
   return best;
 }
 
+// What each dispatch relies on. It ends, whatever the back end does.
+void try_wait_backend(const std::string& name, const WaitBackendRegistry::Entry& entry) {
+  if (name == kAutoWait) throw Error("the name 'auto' means Takt's choice", "register another one");
+  const auto backend = entry.factory(1);
+  backend->prepare();
+  backend->enter(0, {});
+  for (const bool is_posted : {false, true, false}) {
+    if (is_posted) backend->post();
+    if (backend->wait(0, Clock::steady().now()) == is_posted) continue;
+    throw Error(fmt::format("wait back end '{}' {}", name,
+                            is_posted ? "loses a post" : "returns a post that never came"),
+                "each post ends one wait, also if it came before");
+  }
+  backend->leave(0);
+}
+
 }  // namespace
+
+bool register_wait_backend(std::string name, WaitBackendRegistry::Entry entry,
+                           const char* version) {
+  return register_in(wait_backends(), std::move(name), std::move(entry), version);
+}
+
+void load_wait_backend(const std::string& name, const std::string& library) {
+  load_registered(wait_backends(), name, library,
+                  [&](const auto& entry) { try_wait_backend(name, entry); });
+}
 
 void check_wait_backend(std::string_view name) {
   if (name != kAutoWait) wait_backends().check(name);

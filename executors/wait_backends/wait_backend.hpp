@@ -7,10 +7,12 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "takt/base/clock.hpp"
 #include "takt/base/registry.hpp"
+#include "takt/base/version.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
@@ -76,16 +78,27 @@ void check_wait_backend(std::string_view name);
 std::unique_ptr<WaitBackend> make_wait_backend(std::string_view name, Clock& clock,
                                                std::size_t workers, bool has_file_descriptors);
 
-/// At namespace scope in a .cpp file: makes `Class` known as `name`. Behind it stand its traits.
-#define TAKT_REGISTER_WAIT_BACKEND(name, description, Class, ...)                                 \
-  namespace {                                                                                     \
-  [[maybe_unused]] const bool TAKT_UNIQUE(takt_wait_backend_) = [] {                              \
-    ::takt::wait_backends().add(                                                                  \
-        name, {description, [](std::size_t workers) { return std::make_unique<Class>(workers); }, \
-               ::takt::WaitBackendTraits{__VA_ARGS__}});                                          \
-    return true;                                                                                  \
-  }();                                                                                            \
+/// Adds to `wait_backends()`; while a library is loaded by load_wait_backend(), only notes it for
+/// that. Always true. Throws Error when the name is taken.
+bool register_wait_backend(std::string name, WaitBackendRegistry::Entry entry, const char* version);
+
+/// At namespace scope in a .cpp file: makes `Class` known as `name`. Its constructor takes the
+/// number of workers. Behind it stand its traits.
+#define TAKT_REGISTER_WAIT_BACKEND(name, description, Class, ...)                              \
+  namespace {                                                                                  \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_wait_backend_) = ::takt::register_wait_backend( \
+      name,                                                                                    \
+      {description, [](std::size_t workers) { return std::make_unique<Class>(workers); },      \
+       ::takt::WaitBackendTraits{__VA_ARGS__}},                                                \
+      TAKT_VERSION);                                                                           \
   }
+
+/// Loads the library, tries the wait back end that it registers under this name, and adds it to
+/// wait_backends(). `library` is as for load_scheduler(). Throws Error, and adds nothing, if the
+/// library cannot be loaded, does not register the name or registers it twice, if the name is
+/// taken, or if a thread that was posted to would not wake up. The conformance suite tests the
+/// rest. Thread safety: may be called from any thread. Real-time: no.
+void load_wait_backend(const std::string& name, const std::string& library);
 
 }  // namespace takt
 

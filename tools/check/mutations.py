@@ -15,7 +15,7 @@ COPY = os.path.join(ROOT, "build/mutants")
 BIN = os.path.join(COPY, "build/release/bin")
 
 PAGE = "tools/check/mutations.py"  # in git
-OBSERVATION = "executors/engine/observation.cpp"
+OBSERVED = "executors/engine/observed.cpp"
 # A test: what to build, and its command line.
 STATISTICS = ("executors_test", "{bin}/executors_test", "--gtest_filter=*ConformanceStatistics*")
 PHASE = ("executors_test", "{bin}/executors_test", "--gtest_filter=*KeepsItsPhase*")
@@ -34,16 +34,16 @@ BOUNDS = ("analysis_test", "/usr/bin/env", "TAKT_RANDOM_SYSTEMS=2000", "{bin}/an
 
 # What is wrong: file, what stands there, what stands there instead, the test that must fail.
 MUTATIONS = {
-    "latency times 10": (OBSERVATION, "times.latency.record(latency);", "times.latency.record(10 * latency);",
+    "latency times 10": (OBSERVED, "times->latency.record(latency);", "times->latency.record(10 * latency);",
                          STATISTICS),
     "latency ends with the callback before": (
-        OBSERVATION, "const Nanoseconds latency = at.start - slot.ready_time;",
+        OBSERVED, "const Nanoseconds latency = at.start - slot.ready_time;",
         "const Nanoseconds latency = at.picked - slot.ready_time;", STATISTICS),
     "age of a DDS message divided by 100": (
         "transport/dds/cyclone_reader.cpp", "const TimePoint sent_at = clocks_.sent_at(handle, info);",
         "const TimePoint now = Clock::steady().now();\n"
         "      const TimePoint sent_at = now - (now - clocks_.sent_at(handle, info)) / 100;", SELFTEST),
-    "late never counted": (OBSERVATION, "    ++record.counts.late;\n", "", STATISTICS),
+    "late never counted": (OBSERVED, "    ++counts.late;\n", "", STATISTICS),
     "histogram off by a bucket": ("base/histogram.cpp", "seen += counts_[i];",
                                   "seen += counts_[i == 0 ? 0 : i - 1];", HISTOGRAM),
     "percentile of the wrong rank": ("base/histogram.cpp", "std::ceil(fraction *",
@@ -60,27 +60,27 @@ MUTATIONS = {
                                      "  thread.cpu_time += sign * usage->cpu_time;\n",
                                      "  thread.cpu_time += 0 * sign * usage->cpu_time;\n",
                                      SHARED_MEMORY),
-    "chain from the wrong root": ("executors/engine/dispatcher.cpp", "is_root ? slot.ready_time : slot.root_release",
-                                  "is_root ? picked : slot.root_release", STATISTICS),
+    "chain from the wrong root": ("executors/engine/observed.hpp", "is_root ? slot.ready_time : slot.root_release",
+                                  "is_root ? slot.ready_time + Nanoseconds(1000) : slot.root_release", STATISTICS),
     "phase of a timer lost": ("entities/timer.cpp",
                               "compare_exchange_weak(due, later(due + missed * period_, period_))",
                               "compare_exchange_weak(due, later(now, period_))",
                               PHASE),
-    "the rest of a deadline": (OBSERVATION, "const bool has_missed = end > deadline;",
-                               "const bool has_missed = end > deadline + record.settings.info.deadline / 10;",
+    "the rest of a deadline": (OBSERVED, "const bool has_missed = end > deadline;",
+                               "const bool has_missed = end > deadline + settings.info.deadline / 10;",
                                STATISTICS),
-    "the rest of a budget": (OBSERVATION, "end - start > budget;",
+    "the rest of a budget": (OBSERVED, "end - start > budget;",
                              "end - start > budget + budget / 10;", STATISTICS),
     "the rest of a chain's deadline": ("nodes/chain.hpp", "latency > options_.deadline)",
                                        "latency > options_.deadline * 11 / 10)", STATISTICS),
-    "late by a quarter": (OBSERVATION, "std::min<Nanoseconds>(period / 5,", "std::min<Nanoseconds>(period / 4,",
+    "late by a quarter": (OBSERVED, "std::min<Nanoseconds>(period / 5,", "std::min<Nanoseconds>(period / 4,",
                           STATISTICS),
-    "too late by a tenth more": (OBSERVATION, "std::min<Nanoseconds>(period, std::chrono::milliseconds(50))",
+    "too late by a tenth more": (OBSERVED, "std::min<Nanoseconds>(period, std::chrono::milliseconds(50))",
                                  "std::min<Nanoseconds>(period * 11 / 10, std::chrono::milliseconds(50))",
                                  STATISTICS),
-    "skipped releases forgotten": (OBSERVATION,
-                                   "statistics.skipped = counts.missed;", "statistics.skipped = 0;", STATISTICS),
-    "a timer that never ran": (OBSERVATION,
+    "skipped releases forgotten": (OBSERVED,
+                                   "statistics.skipped = counted.missed;", "statistics.skipped = 0;", STATISTICS),
+    "a timer that never ran": (OBSERVED,
                                "return due > held ? 0", "return due < held ? 0", STATISTICS),
     "served releases are all": ("measuring/process_json.cpp", "releases.due += served + callback",
                                 "releases.due += served + 0 * callback", RESULTS),
@@ -107,9 +107,9 @@ MUTATIONS = {
                                "histogram_json(statistics.take, true)", RESULTS),
 }
 MUTATIONS |= {
-    f"one of a hundred not recorded: {time}": (OBSERVATION, f"{time}.record(",
-                                               f"if (record.executions % 100 != 0) {time}.record(", STATISTICS)
-    for time in ("times.latency", "parts->waiting", "parts->take", "times.execution")
+    f"one of a hundred not recorded: {time}": (OBSERVED, f"{time}.record(",
+                                               f"if (counts.executions % 100 != 0) {time}.record(", STATISTICS)
+    for time in ("times->latency", "parts->waiting", "parts->take", "times->execution")
 }
 
 

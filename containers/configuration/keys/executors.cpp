@@ -48,6 +48,20 @@ std::vector<OwnKey> own_keys(const AnyRegistry& registry, const std::string& nam
   return all;
 }
 
+// Checks a name. That of a library which was reported already is replaced.
+std::function<void()> unless_broken(const std::set<std::string>& broken, const char* noun,
+                                    std::string& name, std::string_view instead,
+                                    void (*check)(std::string_view)) {
+  return [&broken, noun, &name, instead, check] {
+    if (broken.contains(fmt::format("{} {}", noun, name))) name = instead;
+    if (name != instead) check(name);
+  };
+}
+
+void check_name_of_scheduler(std::string_view name) {
+  schedulers().check(name);
+}
+
 void find_type(const ExecutorDescription& executor) {
   if (executor.library.empty()) return executors().check(executor.type);
   load_executor(executor.type, executor.library);
@@ -86,7 +100,7 @@ void ConfigurationReader::read_scheduler(const Value& value) {
       if (each.name != place.name) own.push_back(own_value(each));
     }
     if (!errors_.passes(place.line, [&] { load_scheduler(value.name, library, own); })) {
-      broken_schedulers_.insert(value.name);
+      broken_.insert("scheduler " + value.name);
     }
   };
   std::vector<Field> fields = {
@@ -102,16 +116,28 @@ void ConfigurationReader::read_scheduler(const Value& value) {
   read_map(value, "a scheduler", fields);
 }
 
-SystemReader::Read ConfigurationReader::into_scheduler(std::string& target) {
-  return into_checked(target, [this, &target] {
-    if (broken_schedulers_.contains(target)) return target.clear();  // already reported
-    schedulers().check(target);
-  });
+void ConfigurationReader::read_wait_backend(const Value& value) {
+  const auto load = [&](const Value& place) {
+    std::string library;
+    read_library(place, library);
+    if (library.empty()) return;
+    if (!errors_.passes(place.line, [&] { load_wait_backend(value.name, library); })) {
+      broken_.insert("wait back end " + value.name);
+    }
+  };
+  read_map(
+      value, "a wait back end",
+      {{"library", "A shared library. It is found as the library of a scheduler is.", load, true}});
 }
 
 std::vector<SystemReader::Field> ConfigurationReader::executor_fields(ExecutorDescription& executor,
                                                                       Threads& threads,
                                                                       bool& is_sound) {
+  const auto of_library = [&](const char* noun, std::string& name, auto instead, auto check) {
+    return noting(is_sound, into_checked(name, unless_broken(broken_, noun, name, instead, check)));
+  };
+  // If it is not sound, its library is reported already.
+  const auto find_it = [&] { return is_sound ? find_type(executor) : void(); };
   return {
       {"library",
        "A shared library that registers the type. It is found as the library of a scheduler is.",
@@ -119,20 +145,16 @@ std::vector<SystemReader::Field> ConfigurationReader::executor_fields(ExecutorDe
       {"type",
        "The executor type, see `takt list executors`. With `library`: the name that it registers, "
        "which is required.",
-       // If it is not sound, its library is reported already.
-       noting(is_sound, into_checked(executor.type,
-                                     [&] {
-                                       if (is_sound) find_type(executor);
-                                     }))},
+       noting(is_sound, into_checked(executor.type, find_it))},
       {"scheduler",
        "A scheduler of `takt list schedulers`, or a name in `schedulers`. By default, that of the "
        "type.",
-       noting(is_sound, into_scheduler(executor.scheduler))},
+       of_library("scheduler", executor.scheduler, "", check_name_of_scheduler)},
       {"wait",
-       "How its threads wait: `auto`, or a back end of `takt list wait_backends`. `auto`: `epoll` "
-       "if there are file descriptors when spinning starts, else `futex`. `futex` with file "
-       "descriptors and `io_uring` with several threads are errors.",
-       noting(is_sound, into_checked(executor.wait, [&] { check_wait_backend(executor.wait); }))},
+       "How its threads wait: `auto`, a back end of `takt list wait_backends`, or a name in "
+       "`wait_backends`. `auto`: `epoll` if there are file descriptors when spinning starts, else "
+       "`futex`. `futex` with file descriptors and `io_uring` with several threads are errors.",
+       of_library("wait back end", executor.wait, kAutoWait, check_wait_backend)},
       {"spin",
        "At most `1ms`, or `always`. A thread that finds nothing to run looks for arrivals for this "
        "long before it sleeps. What arrives meanwhile has no wake-up latency, but each wait uses "

@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/callback_observer.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "takt/base/held_locks.hpp"
+#include "takt/base/lockfree/sequence.hpp"
+#include "takt/base/logger.hpp"
+#include "takt/executors/engine/observed.hpp"
+#include "takt/executors/engine/past_statistics.hpp"
+#include "takt/executors/watchdog.hpp"
+#include "takt/nodes/callback_info.hpp"
+#include "takt/nodes/chain.hpp"
+#include "takt/nodes/chain_join.hpp"
+#include "takt/sched/threads/memory_lock.hpp"
+
+namespace takt {
+
+using detail::Supervision;
+
+class CallbackObserver::Callback : public detail::Observed {
+ public:
+  using Observed::Observed;
+  std::atomic<int> running{0};
+};
+
+struct CallbackObserver::State final : private Watchdog::Watched {
+  explicit State(const ExecutorOptions& of) : options(of) {
+    if (options.watchdog != nullptr) options.watchdog->add(*this);
+  }
+  ~State() {
+    if (options.watchdog != nullptr) options.watchdog->remove(*this);
+  }
+  bool records_times() const noexcept { return options.statistics == StatisticsLevel::full; }
+  std::size_t threads() const noexcept { return std::max<std::size_t>(options.threads.size(), 1); }
+  CallbackStatistics statistics_of(const Callback& callback, bool has_ended) const {
+    Entity::Counts counts = callback.entity_counts(has_ended, has_ended);
+    if (callback.entity->kind() == EntityKind::timer && !has_ended) {
+      counts.missed += detail::releases_left(*callback.entity, timers_held.load());
+    }
+    return callback.statistics(counts);
+  }
+
+  const ExecutorOptions options;
+  detail::DispatchLock lock{true};  // of settings and counts
+  std::atomic<TimePoint> timers_held{};
+  mutable PiMutex mutex;  // guards what follows; taken before the lock
+  std::map<CallbackId, std::unique_ptr<Callback>> callbacks;
+  CallbackId next_id = 0;
+  std::map<CallbackId, detail::Traced> traced;
+  detail::PastStatistics past;
+  std::vector<ThreadStatistics> ended;
+
+ private:
+  // As Callbacks::report_miss.
+  std::optional<TimePoint> report_miss(TimePoint now) noexcept override {
+    Supervision::Miss miss;
+    {
+      const std::lock_guard guard(mutex);
+      for (const auto& [id, callback] : callbacks) {
+        if (Supervision::find_miss(callback->supervision, callback->settings.overrun, now, miss))
+          break;
+      }
+    }
+    if (miss.late == nullptr) return miss.next;
+    Supervision::report(miss);
+    return {};
+  }
+};
+
+CallbackObserver::CallbackObserver(const ExecutorOptions& options)
+    : state_(std::make_unique<State>(options)) {
+}
+
+CallbackObserver::~CallbackObserver() = default;
+
+// ---- Callbacks ----
+
+namespace {
+
+detail::CallbackSettings settings_of(const detail::Observed& callback, const Node& node,
+                                     CallbackId id) {
+  const OverrunPolicy overrun =
+      node.callback_parameters(*callback.entity).overrun.value_or(OverrunPolicy::catch_up);
+  const CallbackInfo ids{.id = id, .kind = callback.entity->kind(), .registration = id};
+  return {.info = callback_info(node, *callback.entity, ids), .overrun = overrun};
+}
+
+}  // namespace
+
+CallbackObserver::Callback& CallbackObserver::add(const std::shared_ptr<Entity>& entity,
+                                                  const Node& node) {
+  auto callback = std::make_unique<Callback>(entity, node, node.callback_parameters(*entity),
+                                             state_->threads(), state_->records_times());
+  {
+    const std::lock_guard ownership(ownership_mutex());
+    callback->begin_counting();
+  }
+  const std::lock_guard guard(state_->mutex);
+  const CallbackId id = state_->next_id++;
+  callback->settings = settings_of(*callback, node, id);
+  callback->is_checked = callback->must_be_checked(callback->settings);
+  if (state_->options.trace_events != 0 && state_->traced.size() < detail::kMostTraced) {
+    state_->traced.emplace(id, *callback);
+  }
+  return *state_->callbacks.emplace(id, std::move(callback)).first->second;
+}
+
+void CallbackObserver::remove(Callback& callback) noexcept {
+  callback.end_counting();
+  std::unique_ptr<Callback> gone;  // after the lock, as it holds functions of the user
+  const std::lock_guard guard(state_->mutex);
+  state_->past.add(state_->statistics_of(callback, true));
+  const auto found = state_->callbacks.find(callback.id());
+  gone = std::move(found->second);
+  state_->callbacks.erase(found);
+}
+
+void CallbackObserver::parameters_changed(Node& node) {
+  const std::lock_guard guard(state_->mutex);
+  for (const auto& entity : node.entities()) {
+    const auto found =
+        std::find_if(state_->callbacks.begin(), state_->callbacks.end(),
+                     [&](const auto& each) { return each.second->entity == entity; });
+    if (found == state_->callbacks.end()) continue;
+    Callback& callback = *found->second;
+    const detail::CallbackSettings now = settings_of(callback, node, found->first);
+    const std::lock_guard lock(state_->lock);
+    callback.settings = now;
+    callback.is_checked = callback.must_be_checked(now);
+  }
+}
+
+Entity& CallbackObserver::entity(const Callback& callback) noexcept {
+  return *callback.entity;
+}
+
+CallbackInfo CallbackObserver::info(const Callback& callback) const {
+  const std::lock_guard lock(state_->lock);
+  return callback.settings.info;
+}
+
+bool CallbackObserver::is_demoted(const Callback& callback) const {
+  const std::lock_guard lock(state_->lock);
+  return callback.is_demoted;
+}
+
+// ---- What was counted ----
+
+void CallbackObserver::release_timers(bool released) noexcept {
+  state_->timers_held.store(released ? TimePoint{} : state_->options.clock->now());
+}
+
+std::size_t CallbackObserver::pending() const noexcept {
+  const std::lock_guard guard(state_->mutex);
+  return static_cast<std::size_t>(
+      std::count_if(state_->callbacks.begin(), state_->callbacks.end(), [](const auto& each) {
+        const Callback& callback = *each.second;
+        // In this order: see Observation::is_pending.
+        return (!callback.is_timer() && callback.entity->ready_count() != 0) ||
+               callback.running.load() != 0;
+      }));
+}
+
+std::vector<CallbackStatistics> CallbackObserver::statistics() const {
+  const std::lock_guard guard(state_->mutex);
+  std::vector<CallbackStatistics> present;
+  present.reserve(state_->callbacks.size());
+  for (const auto& [id, callback] : state_->callbacks) {
+    present.push_back(state_->statistics_of(*callback, false));
+  }
+  return state_->past.with(std::move(present));
+}
+
+std::vector<ThreadStatistics> CallbackObserver::thread_statistics() const {
+  const std::lock_guard guard(state_->mutex);
+  return state_->ended;
+}
+
+// ---- Threads ----
+
+struct CallbackObserver::Thread::State {
+  CallbackObserver::State& observer;
+  const std::size_t index;
+  ThreadStatistics statistics = {};
+  std::optional<TraceRing> trace = {};
+  // Last: what is above belongs to the set-up.
+  RealtimeScope scope = {};
+  Nanoseconds cpu_time = thread_cpu_time();
+  TimePoint begin = Clock::steady().now();
+
+  void execute(Callback& callback, Slot& slot, TimePoint picked);
+};
+
+CallbackObserver::Thread::Thread(CallbackObserver& observer, std::size_t index)
+    : state_([&] {
+        const ExecutorOptions& options = observer.state_->options;
+        Logger::instance().start();  // not in the first callback that logs
+        ThreadStatistics statistics;
+        if (options.threads.empty()) {
+          statistics.asked.name = options.name;
+          statistics.in_force = this_thread_state();
+        } else {
+          statistics.asked = options.threads.at(index);
+          statistics.in_force = apply(statistics.asked, options.realtime);
+        }
+        if (is_realtime(statistics.in_force.policy)) prefault_stack();
+        std::optional<TraceRing> trace;
+        if (options.trace_events != 0) trace.emplace(options.trace_events);
+        return std::unique_ptr<State>(
+            new State{*observer.state_, index, std::move(statistics), std::move(trace)});
+      }()) {
+}
+
+CallbackObserver::Thread::~Thread() {
+  CallbackObserver::State& observer = state_->observer;
+  ThreadStatistics& mine = state_->statistics;
+  mine.counters = state_->scope.so_far();
+  mine.cpu_time = thread_cpu_time() - state_->cpu_time;
+  mine.wall_time = Clock::steady().now() - state_->begin;
+  const std::lock_guard guard(observer.mutex);
+  if (state_->trace) {
+    for (const TraceEvent& event : state_->trace->events()) {
+      const auto of = observer.traced.find(event.callback);
+      mine.trace.push_back(
+          detail::named(event, of != observer.traced.end() ? &of->second : nullptr));
+    }
+    mine.trace_overwritten = state_->trace->overwritten();
+  }
+  observer.ended.resize(std::max(observer.ended.size(), state_->index + 1));
+  observer.ended[state_->index] = std::move(mine);
+}
+
+bool CallbackObserver::Thread::run(Callback& callback) {
+  CallbackObserver::State& observer = state_->observer;
+  struct Runs {  // before it takes: see pending()
+    explicit Runs(Callback& of) : callback(of) { callback.running.fetch_add(1); }
+    ~Runs() { callback.running.fetch_sub(1); }
+    Callback& callback;
+  } const runs(callback);
+  const TimePoint picked = observer.options.clock->now();
+  Slot slot;
+  slot.sequence = next_sequence();
+  if (!callback.entity->take(slot)) return false;
+  if (callback.is_timer() || !AbortedInstances::contains(slot.chain_instance)) {
+    state_->execute(callback, slot, picked);
+  } else {
+    callback.entity->discard(slot);
+    const std::lock_guard lock(observer.lock);
+    ++callback.counts.discarded;
+  }
+  return true;
+}
+
+// As Dispatcher::run, on whose way each reading of the clock counts.
+void CallbackObserver::Thread::State::execute(Callback& callback, Slot& slot, TimePoint picked) {
+  const ExecutorOptions& options = observer.options;
+  bool is_checked = false;
+  {
+    const std::lock_guard lock(observer.lock);
+    is_checked = callback.is_checked;
+    const TimePoint deadline = callback.deadline_of(slot.ready_time);
+    if (is_checked && options.watchdog != nullptr && deadline != kNever) {
+      callback.supervision->wait(deadline, *options.watchdog);
+    }
+    if (is_checked) callback.watch_execution(index, options.watchdog.get());
+  }
+  std::exception_ptr exception;
+  detail::ExecutionTimes times{.picked = std::max(picked, slot.ready_time)};
+  {
+    Dispatch dispatch = callback.dispatch(slot, &callback.settings.info, nullptr, nullptr);
+    const Dispatch::Scope scope_of_callback(dispatch);
+    if (is_checked) {
+      callback.supervision->running[index].chain_instance.store(dispatch.chain_instance);
+    }
+    const detail::ThreadUsage before = trace ? detail::ThreadUsage::now() : detail::ThreadUsage{};
+    times.start = std::max(options.clock->now(), times.picked);
+    try {
+      detail::expect_no_lock("callback");
+      callback.entity->execute(slot);
+    } catch (...) {
+      exception = std::current_exception();
+    }
+    times.end = options.clock->now();
+    if (trace) times.used = detail::ThreadUsage::now() - before;
+    try {
+      if (is_checked) callback.check_limits(observer.lock, index, slot, dispatch, times);
+    } catch (...) {
+      exception = std::current_exception();
+    }
+  }
+  {
+    const std::lock_guard lock(observer.lock);
+    if (options.statistics != StatisticsLevel::off) ++callback.counts.executions;
+    if (observer.records_times()) callback.record_times(slot, times, options.slices.get());
+    if (trace) callback.trace(*trace, slot, times);
+  }
+  if (exception != nullptr) std::rethrow_exception(exception);
+}
+
+}  // namespace takt

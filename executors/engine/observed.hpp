@@ -1,0 +1,195 @@
+// What an executor counts, measures, traces and checks of one callback.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_ENGINE_OBSERVED_HPP_
+#define TAKT_EXECUTORS_ENGINE_OBSERVED_HPP_
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "takt/base/counter.hpp"
+#include "takt/entities/entity.hpp"
+#include "takt/executors/engine/dispatch_lock.hpp"
+#include "takt/executors/executor.hpp"
+#include "takt/executors/watchdog.hpp"
+
+namespace takt::detail {
+
+/// The effective parameters of a callback. They may change at a dispatch point.
+struct CallbackSettings {
+  CallbackInfo info;
+  OverrunPolicy overrun = OverrunPolicy::catch_up;
+  std::uint64_t label = 0;           // what the executor's rule has said of it
+  WorkerSet workers = ~WorkerSet{};  // that may take it
+
+  friend bool operator==(const CallbackSettings&, const CallbackSettings&) = default;
+};
+
+/// What a thread has used so far, or for one execution.
+struct ThreadUsage {
+  Nanoseconds cpu_time{0};
+  std::int64_t waits = 0;  // how often it gave up the CPU by itself; not where it was preempted
+  ThreadUsage operator-(const ThreadUsage& before) const noexcept {
+    return {cpu_time - before.cpu_time, waits - before.waits};
+  }
+  /// Of the calling thread. Read before a traced execution begins and after it has ended, as that
+  /// takes longer than many a callback.
+  [[gnu::cold, gnu::noinline]] static ThreadUsage now() noexcept;
+};
+
+/// Of one execution.
+struct ExecutionTimes {
+  TimePoint picked, start, end;
+  bool are_read = false;  // otherwise all are the time of the pick
+  ThreadUsage used = {};
+};
+
+/// What the overrun handlers of a callback need; it outlives what is observed while they run. Names
+/// and handlers never change.
+struct Supervision {
+  /// A deadline that the watchdog reports when it passes: one for the waiting release, one for each
+  /// execution.
+  struct Watch {
+    /// Whether a miss has to be reported, here or by the watchdog, which then clears the deadline.
+    /// Only the worker uses it.
+    bool is_watched = false;
+    std::atomic<TimePoint> deadline{kNever};
+    std::atomic<std::uint64_t> chain_instance{0};  // the running one
+  };
+  explicit Supervision(std::size_t workers) : running(workers) {}
+
+  /// The waiting release begins to run. Called under the dispatch lock, which a new release takes
+  /// too.
+  Watch& begin(std::size_t worker) noexcept {
+    running[worker].is_watched = std::exchange(waiting.is_watched, false);
+    running[worker].deadline.store(waiting.deadline.exchange(kNever));
+    return running[worker];
+  }
+  /// The release that became ready then waits. The same.
+  void wait(TimePoint until, Watchdog& watchdog) noexcept {
+    waiting.is_watched = true;
+    waiting.deadline.store(until);
+    watchdog.expect(until);
+  }
+
+  /// A deadline that has passed, and when the next one does.
+  struct Miss {
+    std::shared_ptr<Supervision> late;  // nullptr: there is none
+    TimePoint missed = kNever, next = kNever;
+  };
+  /// Clears a deadline that has passed. Returns true if it has a handler.
+  static bool find_miss(const std::shared_ptr<Supervision>& supervision, OverrunPolicy overrun,
+                        TimePoint now, Miss& miss) noexcept;
+  /// On the watchdog's thread, without a lock.
+  static void report(const Miss& miss) noexcept;
+
+  std::string node, callback;
+  OverrunHandler on_deadline_miss, on_overrun;
+  Watch waiting;
+  std::vector<Watch> running;  // one for each worker
+};
+
+/// What else dispatches count of a callback.
+struct DispatchCounts {
+  Counter<> executions;
+  Counter<> with_period, late, too_late, deadline_misses, overruns;
+  Counter<> discarded;  // messages of aborted chain instances
+};
+
+/// Fields without a comment never change, or are serialised by the executor, as all methods are but
+/// those that say otherwise.
+/// Real-time: what is cold or allocates says so.
+struct Observed {
+  /// For so many workers. Allocates.
+  Observed(std::shared_ptr<Entity> of, const Node& its_node, const CallbackParameters& parameters,
+           std::size_t workers, bool records_times);
+
+  std::shared_ptr<Entity> entity;
+  std::shared_ptr<CallbackGroup> group;
+  CallbackSettings settings;
+  bool is_demoted = false;
+  bool is_checked = false;  // after each execution; otherwise it has no deadline and is not demoted
+  std::shared_ptr<Supervision> supervision;
+  std::string node;
+  // Where statistics are full; the second one of what takes messages. Control threads copy them.
+  std::unique_ptr<CallbackTimes> times;
+  std::unique_ptr<MessageTimes> message_times;
+
+  // What the entity had counted when its former executors gave it back, and when this one did.
+  Entity::Counts counted_before, counted_in_the_end;
+
+  // Dispatches write what follows, too: no publisher reads it.
+  alignas(64) DispatchCounts counts;
+  std::uint64_t lost_before = 0;  // what the entity had lost when last traced
+
+  CallbackId id() const noexcept { return settings.info.id; }
+  bool is_timer() const noexcept { return settings.info.kind == EntityKind::timer; }
+  /// The deadline of what became ready at that time.
+  TimePoint deadline_of(TimePoint ready) const noexcept {
+    const Nanoseconds relative = settings.info.deadline;
+    return relative == Nanoseconds::zero() ? kNever : later(ready, relative);
+  }
+  /// Whether each execution has limits to keep, or is measured as part of a chain.
+  bool must_be_checked(const CallbackSettings& with) const noexcept;
+  /// Its entity belongs to this executor now: what it has counted before is not ours.
+  void begin_counting() noexcept;
+  /// It no longer does.
+  void end_counting() noexcept;
+
+  /// Of what was taken.
+  Dispatch dispatch(const Slot& slot, const CallbackInfo* info, StagedOutputs* outputs,
+                    const Exclusion* exclusion) const noexcept {
+    const bool is_root = slot.chain_instance == 0;
+    return {info,
+            is_root ? slot.sequence : slot.chain_instance,
+            is_root ? slot.ready_time : slot.root_release,
+            extend_path(slot.path, entity->mark()),
+            outputs,
+            exclusion};
+  }
+  /// With the lock held: the callback was picked, and has limits to keep.
+  [[gnu::cold, gnu::noinline]] void watch_execution(std::size_t worker,
+                                                    Watchdog* watchdog) noexcept;
+  /// Without it: evaluates the end of an execution by its deadline and budget, the next release,
+  /// and its chains. Throws what the user's handlers throw.
+  [[gnu::cold, gnu::noinline]] void check_limits(DispatchLock& lock, std::size_t worker,
+                                                 const Slot& slot, const Dispatch& dispatch,
+                                                 const ExecutionTimes& times);
+  void record_times(const Slot& slot, const ExecutionTimes& times, LatencySlices* slices) noexcept;
+  [[gnu::cold, gnu::noinline]] void trace(TraceRing& ring, const Slot& slot,
+                                          const ExecutionTimes& times) noexcept;
+
+  /// What the entity has counted since this executor has it. `all_is_served`: messages that still
+  /// wait are not expected.
+  Entity::Counts entity_counts(bool has_ended, bool all_is_served) const noexcept;
+  /// On a control thread: a worker may be changing the settings, so they are not read. Allocates.
+  CallbackStatistics statistics(const Entity::Counts& counted) const;
+};
+
+/// The releases of a timer that were due when timers were held, and that nobody has taken: of one
+/// that others keep from running all the time no execution tells.
+std::uint64_t releases_left(const Entity& timer, TimePoint held) noexcept;
+
+// Limit: removed callbacks that an executor names in its trace. At it: the others are "(removed)".
+// Seen: in the trace.
+inline constexpr std::size_t kMostTraced = 10'000;
+
+/// What a trace says of a callback.
+struct Traced {
+  explicit Traced(const Observed& callback)
+      : name(callback.node + "/" + callback.entity->name()),
+        kind(callback.entity->kind()),
+        mark(callback.entity->mark()) {}
+  std::string name;
+  EntityKind kind;
+  std::uint64_t mark;
+};
+/// `of`: nullptr if it is not known.
+NamedTraceEvent named(const TraceEvent& event, const Traced* of);
+
+}  // namespace takt::detail
+
+#endif  // TAKT_EXECUTORS_ENGINE_OBSERVED_HPP_
