@@ -125,12 +125,12 @@ void Storm::of_goals() {
     for (int i = 0; i < 8; ++i) pause(random);
   });
   repeat([&](auto& random) {
-    using Handle = rclcpp_action::ClientGoalHandle<Fibonacci>::SharedPtr;
+    using ClientGoal = rclcpp_action::ClientGoalHandle<Fibonacci>::SharedPtr;
     auto client = rclcpp_action::create_client<Fibonacci>(node_, "fibonacci", group_);
-    std::vector<std::shared_future<Handle>> goals;
+    std::vector<std::shared_future<ClientGoal>> goals;
     for (int i = 0; i < 10; ++i) {
       rclcpp_action::Client<Fibonacci>::SendGoalOptions options;
-      options.goal_response_callback = [&](const Handle& goal) { served_ += goal != nullptr; };
+      options.goal_response_callback = [&](const ClientGoal& goal) { served_ += goal != nullptr; };
       options.feedback_callback = [&](auto, auto) { ++served_; };
       if (i % 2 == 0) options.result_callback = [&](auto&) { ++served_; };
       goals.push_back(client->async_send_goal({}, options));

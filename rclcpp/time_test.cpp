@@ -178,10 +178,8 @@ TEST_F(SimulatedTime, ASleepEndsWhenTheClockHasAnotherSource) {
   const auto clock = node->get_clock();
   for (const bool simulates : {true, false}) {
     auto sleeper = std::async(std::launch::async, [&] { return clock->sleep_for(kLong); });
-    auto rate = std::async(std::launch::async, [&] {
-      Rate rate(Duration(kLong), clock);
-      return rate.sleep();
-    });
+    auto rate =
+        std::async(std::launch::async, [&] { return Rate(Duration(kLong), clock).sleep(); });
     EXPECT_EQ(sleeper.wait_for(10ms), std::future_status::timeout);
     EXPECT_EQ(rate.wait_for(10ms), std::future_status::timeout);
     node->set_parameter(Parameter("use_sim_time", simulates));
