@@ -181,6 +181,12 @@ class Maker {
     known = std::max(known, amount);
   }
 
+  /// In one execution; of callbacks of one name, the most.
+  void sends(const std::string& callback, std::size_t bytes) {
+    Sending& most = entities_.sent[callback];
+    most = {1, std::max(most.bytes, bytes)};
+  }
+
   AnyNode& node_;
   std::map<std::string, int> timers_;
   WorkloadEntities entities_;
@@ -313,6 +319,7 @@ void Maker<AnyNode>::add_client(const std::string& service, std::chrono::microse
   const std::string timer = timer_name(service);
   works(service, Nanoseconds::zero());
   works(timer, Nanoseconds::zero());
+  sends(timer, sizeof(WorkloadService::Request));
   entities_.all.push_back(node_.create_timer(timer, period, [client, tracking_number] {
     // A client without responses stops at its maximum number of pending requests.
     if (client->calls_in_flight() == ClientOptions{}.calls_in_flight) return;
@@ -324,6 +331,7 @@ void Maker<AnyNode>::add_client(const std::string& service, std::chrono::microse
 template <class AnyNode>
 void Maker<AnyNode>::add_server(const std::string& service, std::chrono::microseconds work) {
   works(service, work);
+  sends(service, sizeof(WorkloadService::Response));
   entities_.all.push_back(node_.template create_service<WorkloadService>(
       service, [work, &clock = node_.clock()](const WorkloadService::Request& request,
                                               WorkloadService::Response& response) {
@@ -349,6 +357,7 @@ void Maker<AnyNode>::add_relay(const Relaying& relaying) {
   const auto tracking_number = std::make_shared<std::uint64_t>(0);
   for (std::size_t i = 0; i < relaying.inputs.size(); ++i) {
     works(relaying.inputs[i], relaying.work);
+    sends(relaying.inputs[i], relaying.size_bytes);
     entities_.all.push_back(node_.template create_subscription<WorkloadMessage>(
         relaying.inputs[i], relaying.qos,
         [=, &clock = node_.clock(), work = relaying.work](const WorkloadMessage&) {
@@ -377,6 +386,7 @@ void Maker<AnyNode>::add_publisher(const Publishing& publishing) {
   const auto fresh = prototype(std::type_identity<T>{}, publishing.size_bytes);
   const std::string timer = timer_name(publishing.topic);
   works(timer, publishing.work);
+  sends(timer, std::max(publishing.size_bytes, publishing.fixed_bytes) + publishing.fill_bytes);
   auto publisher = node_.template create_publisher<T>(publishing.topic, publishing.qos,
                                                       {.loans = loans,
                                                        .prototype = fresh,
@@ -434,6 +444,11 @@ std::optional<Nanoseconds> WorkloadEntities::execution_time(std::string_view cal
   const auto found = execution_times.find(callback);
   if (found == execution_times.end()) return {};
   return found->second;
+}
+
+std::optional<Sending> WorkloadEntities::sends(std::string_view callback) const {
+  const auto found = sent.find(callback);
+  return found != sent.end() ? found->second : Sending{};
 }
 
 Workload::Workload(const NodeOptions& options)

@@ -57,8 +57,10 @@ TAKT_MESSAGE(WorkloadService::Response, "takt/srv/Workload_Response", tracking_n
 struct WorkloadEntities {
   std::vector<std::shared_ptr<void>> all;
   std::map<std::string, Nanoseconds, std::less<>> execution_times;  // by callback
+  std::map<std::string, Sending, std::less<>> sent;                 // by callback
 
   std::optional<Nanoseconds> execution_time(std::string_view callback) const;
+  std::optional<Sending> sends(std::string_view callback) const;
 };
 
 /// The component `takt::Workload`. Each parameter is a list with one entry per entity. The first
@@ -85,6 +87,9 @@ class Workload : public Node, public KnowsExecutionTimes {
  public:
   explicit Workload(const NodeOptions& options);
   std::optional<Nanoseconds> execution_time(std::string_view callback) const override;
+  std::optional<Sending> sends(std::string_view callback) const override {
+    return entities_.sends(callback);
+  }
 
  private:
   const WorkloadEntities entities_;
@@ -99,6 +104,9 @@ class LifecycleWorkload : public LifecycleNode, public KnowsExecutionTimes {
  public:
   explicit LifecycleWorkload(const NodeOptions& options);
   std::optional<Nanoseconds> execution_time(std::string_view callback) const override;
+  std::optional<Sending> sends(std::string_view callback) const override {
+    return entities_.sends(callback);
+  }
 
  private:
   const WorkloadEntities entities_;

@@ -37,6 +37,12 @@ class Completing {
   virtual std::string complete() = 0;
 };
 
+/// What one execution of a callback sends at most.
+struct Sending {
+  std::size_t messages = 0;
+  std::size_t bytes = 0;  // of all, also those that it only writes
+};
+
 /// Interface of a component that knows how long its callbacks run, for the analysis of response
 /// times. The component's node class derives from it in addition to Node.
 /// Thread safety: as Node. Real-time: no.
@@ -46,6 +52,11 @@ class KnowsExecutionTimes {
   /// Processor time of each execution of the callback, which then does not wait for anything
   /// either, and sends one message to each of its topics at most. nullopt: not known.
   virtual std::optional<Nanoseconds> execution_time(std::string_view callback) const = 0;
+  /// What that time is without. nullopt: not known.
+  virtual std::optional<Sending> sends(std::string_view callback) const {
+    static_cast<void>(callback);
+    return {};
+  }
 };
 
 using ComponentRegistry = Registry<Component, NoTraits, const NodeOptions&>;

@@ -149,7 +149,8 @@ class Container {
   /// The executors to which a component can be added.
   std::vector<std::string> executor_names() const;
   /// Applies the changes of a set_callback_parameters request. Checks all of them first, and throws
-  /// Error without changing anything if one is invalid. Thread safety: from any thread.
+  /// Error without changing anything if one is invalid, or if a chain whose deadline was guaranteed
+  /// could then miss it. Thread safety: from any thread.
   void change_parameters(const std::string& changes);
 
   /// The publishers and subscriptions that other processes can discover; empty without DDS.
@@ -217,10 +218,15 @@ class Container {
   std::string own_name(const char* ending) const;
   void serve(Loaded& loaded);
   std::string executor_of(const Shared& shared, const Node& node, const CallbackGroup& group) const;
+  std::string executor_of(const Loaded& loaded, const CallbackGroup& group) const;
   double utilisation_of(const Shared& shared, const std::string& executor) const;
   Errors too_much_for_executors(const Shared& shared) const;
   void add_callbacks(const Loaded& loaded, ModelledProcess& process) const;
   Errors lost_guarantees(const Loaded& loaded) const;
+  Errors lost_guarantees(
+      const std::vector<std::pair<std::shared_ptr<Node>, CallbackParameterChanges>>& changes) const;
+  Errors lost_guarantees(const ModelledProcess& with, const std::string& how,
+                         const char* remedy) const;
   void check_listed_callbacks();
   void place(const Loaded& loaded);
   void displace(Loaded& loaded);

@@ -411,7 +411,7 @@ void Container::change_parameters(const std::string& text) {
   const Looks::Look look = shared_.lock()->looks.begin();
   std::vector<std::pair<std::shared_ptr<Node>, CallbackParameterChanges>> changes;
   std::vector<std::string> names;
-  for (const LoadedComponent& component : components()) names.push_back(component.name);
+  for (const LoadedComponent& loaded : components()) names.push_back(loaded.name);
   for (auto& [name, of_node] : read_parameter_changes(text)) {
     const std::string full = name.starts_with('/') ? name : "/" + name;
     const std::shared_ptr<Loaded> loaded = shared_.lock()->find(full);
@@ -421,6 +421,8 @@ void Container::change_parameters(const std::string& text) {
     loaded->node()->check_callback_parameters(of_node);
     changes.emplace_back(loaded->node(), std::move(of_node));
   }
+  const Errors errors = lost_guarantees(changes);
+  if (!errors.empty()) throw ConfigurationError(errors);
   for (const auto& [node, of_node] : changes) node->set_callback_parameters(of_node);
 }
 

@@ -138,10 +138,27 @@ double Container::capacity_of(const ExecutorDescription& executor) const {
   return capacity;
 }
 
+// Of a component that may not be in the list yet.
+std::string Container::executor_of(const Loaded& loaded, const CallbackGroup& group) const {
+  const std::string own = loaded.own_executor(group);
+  return overrides_.is_merged()                 ? overrides_.executor
+         : !own.empty()                         ? own
+         : !loaded.description.executor.empty() ? loaded.description.executor
+                                                : kDefaultExecutor;
+}
+
 void Container::add_callbacks(const Loaded& loaded, ModelledProcess& process) const {
   const ComponentDescription& component = loaded.description;
+  ModelledProcess::Member& member =
+      process.nodes.emplace_back(ModelledProcess::Member{loaded.node(), {}, component.where});
+  for (const auto& group : loaded.node()->groups()) {
+    std::string executor = executor_of(loaded, *group);
+    auto& known = member.executors;
+    if (std::find(known.begin(), known.end(), executor) == known.end()) {
+      known.push_back(std::move(executor));
+    }
+  }
   for (const auto& entity : loaded.node()->entities()) {
-    const std::string own = loaded.own_executor(*entity->group());
     const auto found = component.callbacks.find(entity->name());
     CallbackDescription described =
         found != component.callbacks.end() ? found->second : CallbackDescription{};
@@ -149,12 +166,8 @@ void Container::add_callbacks(const Loaded& loaded, ModelledProcess& process) co
     if (!described.waits && group != component.callback_groups.end()) {
       described.waits = group->second.waits;
     }
-    process.callbacks.push_back({loaded.node(), entity,
-                                 overrides_.is_merged()        ? overrides_.executor
-                                 : !own.empty()                ? own
-                                 : !component.executor.empty() ? component.executor
-                                                               : kDefaultExecutor,
-                                 std::move(described)});
+    process.callbacks.push_back(
+        {loaded.node(), entity, executor_of(loaded, *entity->group()), std::move(described)});
   }
 }
 
@@ -194,18 +207,51 @@ Container::Errors Container::too_much_for_executors(const Shared& shared) const 
 
 // The chains that would not be guaranteed any more with this component, but are without it.
 Container::Errors Container::lost_guarantees(const Loaded& loaded) const {
+  ModelledProcess with = modelled();
+  add_callbacks(loaded, with);
+  return lost_guarantees(with, "with '" + loaded.node()->fully_qualified_name() + "'",
+                         "give the component another executor, a lower priority, or a smaller "
+                         "budget");
+}
+
+// The same, if the callbacks of these nodes get other parameters.
+Container::Errors Container::lost_guarantees(
+    const std::vector<std::pair<std::shared_ptr<Node>, CallbackParameterChanges>>& changes) const {
+  ModelledProcess with = modelled();
+  for (ModelledProcess::Callback& callback : with.callbacks) {
+    for (const auto& [node, of_node] : changes) {
+      if (node != callback.node) continue;
+      const auto named = [](const auto& all, const std::string& name) {
+        const auto found = all.find(name);
+        return found != all.end() ? found->second : CallbackParameters{};
+      };
+      const CallbackGroup& group = *callback.entity->group();
+      callback.changed = named(of_node.callbacks, callback.entity->name())
+                             .or_else(callback.entity->parameters())
+                             .or_else(named(of_node.callback_groups, group.name()))
+                             .or_else(group.parameters());
+    }
+  }
+  return lost_guarantees(with, "with these parameters",
+                         "change those of others, too, or the deadline in the file");
+}
+
+Container::Errors Container::lost_guarantees(const ModelledProcess& with, const std::string& how,
+                                             const char* remedy) const {
   const auto has_deadline = [](const PlannedChain& chain) {
     return chain.options.deadline != Nanoseconds::zero();
   };
   const std::vector<PlannedChain> chains = plan().chains;
   if (std::none_of(chains.begin(), chains.end(), has_deadline)) return {};
-  ModelledProcess process = modelled();
-  const auto bounds = [&] {
-    return analyze(make_system_model(description_, chains, {&process, 1})).chains;
+  std::optional<MeasuredModel> measured;
+  if (!description_.model.empty()) measured = read_measured_model(description_.model);
+  const auto bounds = [&](const ModelledProcess& process) {
+    return analyze(make_system_model(description_, chains, {&process, 1},
+                                     measured ? &*measured : nullptr))
+        .chains;
   };
-  const auto before = bounds();
-  add_callbacks(loaded, process);
-  const auto after = bounds();
+  const auto before = bounds(modelled());
+  const auto after = bounds(with);
   Errors errors;
   for (std::size_t i = 0; i < chains.size(); ++i) {
     const auto& [name, priority, deadline] = chains[i].options;
@@ -214,11 +260,12 @@ Container::Errors Container::lost_guarantees(const Loaded& loaded) const {
     };
     if (!is_kept(before[i]) || is_kept(after[i])) continue;
     errors.push_back(fmt::format(
-        "with '{}', chain '{}' could take {}, and its deadline is {}; without it, the chain takes "
-        "{} at most; give the component another executor, a lower priority, or a smaller budget",
-        loaded.node()->fully_qualified_name(), name,
+        "{}, chain '{}' could take {}, and its deadline is {}; without, the chain takes {} at "
+        "most; "
+        "{}",
+        how, name,
         after[i].bound ? to_string(*after[i].bound) : "any time (" + after[i].why_not + ")",
-        to_string(deadline), to_string(*before[i].bound)));
+        to_string(deadline), to_string(*before[i].bound), remedy));
   }
   return errors;
 }

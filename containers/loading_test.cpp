@@ -302,7 +302,7 @@ TEST_F(Loading, IsRefusedWhenAChainCouldMissItsDeadline) {
       error_of([&] { container_->load(other); }),
       HasSubstr(
           "with '/guest', chain 'tick' could take 549999ns, and its deadline is "
-          "500us; without it, the chain takes 300us at most; give the component another executor"));
+          "500us; without, the chain takes 300us at most; give the component another executor"));
   other.callback_groups["loop"].parameters.budget = 100us;
   EXPECT_NO_THROW(container_->load(other));
 }

@@ -138,6 +138,20 @@ std::string machine_line() {
                      machine.at("load_average").get<double>());
 }
 
+std::vector<Neighbour> realtime_neighbours() {
+  std::vector<Neighbour> result;
+  for (auto& [thread, neighbour] : realtime_threads()) result.push_back(std::move(neighbour));
+  return result;
+}
+
+bool is_virtual() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("flags") && line.find(" hypervisor") != std::string::npos) return true;
+  }
+  return !read_line("/sys/hypervisor/type").empty();
+}
+
 Observation::Observation() : before_(realtime_threads()), cpu_before_(cpu_ticks()) {
 }
 

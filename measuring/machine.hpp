@@ -40,6 +40,12 @@ struct Neighbour {
   Nanoseconds cpu_time{0};  // during the observation
 };
 
+/// Those that there are now.
+std::vector<Neighbour> realtime_neighbours();
+
+/// Whether a hypervisor runs this machine, which may take its CPUs away.
+bool is_virtual();
+
 /// Observes from its construction on which other threads use the CPUs.
 /// Thread safety: none. Real-time: no; it reads /proc, so do not use it on the measured thread.
 class Observation {

@@ -118,6 +118,7 @@ std::vector<SystemDescription> split(const SystemDescription& system, Compositio
       process = processes.end() - 1;
       process->name = name;
       process->components.clear();
+      process->keys.clear();
       if (processes.size() > 1) process->notes.clear();  // reported once
     }
     process->components.push_back(component);

@@ -5,6 +5,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/time.hpp"
+#include "takt/containers/model/assumption.hpp"
 #include "takt/messages/entries.hpp"
 
 namespace takt {
@@ -144,6 +145,11 @@ void ConfigurationReader::read_file(const Value& root) {
           into(system_.model)(model);
           if (!system_.model.empty()) system_.model = beside(system_.model);
         }},
+       {"accept",
+        "Assumptions of `takt analyze` that hold for another reason, by id: see "
+        "[assumptions](guarantees.md#assumptions). The reason is a text, and stands beside the "
+        "verdict.",
+        into_accepted(system_.accepted)},
        {"chains",
         "Sequences of callbacks whose end-to-end latency is measured. `auto`: every path from a "
         "timer to its last callback is a chain; a shorter period means a higher criticality.",
@@ -182,6 +188,20 @@ SystemReader::Read ConfigurationReader::into_duration(Nanoseconds& duration,
       check();
     });
   };
+}
+
+SystemReader::Read ConfigurationReader::into_accepted(Acceptances& accepted) {
+  return each_in_map([this, &accepted](const Value& value) {
+    if (is_describing()) return void(describes("text"));
+    if (assumption_kind(value.name) == nullptr) {
+      std::vector<std::string> ids;
+      for (const AssumptionKind& kind : assumption_kinds()) ids.emplace_back(kind.id);
+      errors_.add(value.line, fmt::format("no assumption is called '{}'", value.name),
+                  suggest(value.name, ids));
+      return;
+    }
+    into(accepted[value.name])(value);
+  });
 }
 
 std::map<std::string, CallbackParameterChanges> read_parameter_changes(const std::string& text) {

@@ -35,6 +35,7 @@ class ConfigurationReader : private SystemReader {
   void read_memory(const Value& memory);
   Read noting(bool& is_sound, Read read);
   Read into_duration(Nanoseconds& duration, std::function<void()> check);
+  Read into_accepted(Acceptances& accepted);
 
   // Threads
   void read_thread(const Value& value);
@@ -60,6 +61,7 @@ class ConfigurationReader : private SystemReader {
   // Machine
   void read_machine(const Value& value);
   Read into_cpus(std::vector<int>& cpus);
+  void read_overheads(const Value& value);
   void read_speed(const Value& value);
   void check_cpus_of_threads(const Value& root);
   /// `machine: cpus` need not be here: then threads are checked against these.

@@ -23,6 +23,17 @@ namespace TAKT_PUBLIC takt {
 /// A position in a file: "robot.yaml:12".
 using SourceLine = std::string;
 
+/// A key that stands in a file.
+struct WrittenKey {
+  std::string map;    // the kind of its map, as the reference has it: "a topic"
+  std::string entry;  // the key or the place of that map: "/scan"
+  std::string key;
+  SourceLine where;
+};
+
+/// `accept:`, the reasons by the id of an assumption, see assumption_kinds().
+using Acceptances = std::map<std::string, std::string, std::less<>>;
+
 /// One entry of `threads:`.
 struct ThreadDescription {
   ThreadAttributes attributes;  // its name is the entry's key
@@ -91,6 +102,8 @@ struct MachineDescription {
   std::map<int, double> speed;  // by CPU; execution times are divided by it
   /// Between two callbacks of a busy thread; to wake a thread; from one thread to another.
   Nanoseconds dispatch{0}, wake{0}, change{0};
+  /// To send a message, and what each megabyte of it takes besides.
+  Nanoseconds publish{0}, publish_megabyte{0};
   /// Of each second, for the real-time threads of a CPU. nullopt: as this machine has it; a second
   /// or more: unlimited.
   std::optional<Nanoseconds> rt_runtime;
@@ -100,7 +113,9 @@ struct MachineDescription {
 /// One entry of `chains:`.
 struct ChainDescription {
   ChainOptions options;
-  bool allows_losses = false;  // its guarantee need not cover every instance
+  bool allows_losses = false;    // its guarantee need not cover every instance
+  bool from_activation = false;  // its guarantee need not cover the start
+  Acceptances accepted;          // besides those of the file
   /// Its callbacks: full node name and callback name. Steps may be omitted if they are unambiguous.
   std::vector<std::pair<std::string, std::string>> path;
   SourceLine where;
@@ -179,6 +194,8 @@ struct SystemDescription {
   std::optional<DdsOptions> dds;          // nullopt: no DDS
   MachineDescription machine;
   std::string model;  // a file with measured numbers; empty: none
+  Acceptances accepted;
+  std::vector<WrittenKey> keys;  // of a whole file: all that stand in it
   TopicQos topics;
   std::map<std::string, DelayDescription, std::less<>> delays;  // by topic
   std::map<std::string, SourceLine, std::less<>> topic_lines;   // in a whole file only

@@ -112,6 +112,8 @@ bool SystemReader::read_map(const Value& map, std::string_view whose,
   if (!std::holds_alternative<document::Map>(map.content)) return false;
   for (const Field& field : fields) {
     if (const Value* value = document::find(map, field.key)) {
+      system_.keys.push_back(
+          {std::string(whose), map.name, std::string(field.key), errors_.where(value->line)});
       field.read(*value);
     } else if (field.is_required) {
       errors_.add(map.line, fmt::format("{} needs the key '{}'", whose, field.key), "add it");

@@ -85,6 +85,10 @@ class ModelReader : private SystemReader {
          {"overheads", "", into_overheads(model)},
          {"executors", "",
           each_in_map([&](const Value& value) { model.executors.push_back(executor(value)); })},
+         {"components", "", each_in_map([&](const Value& value) {
+            into(model.components.emplace_back(MeasuredComponent{.node = value.name, .digest = {}})
+                     .digest)(value);
+          })},
          {"callbacks", "",
           each_in_map([&](const Value& value) { model.callbacks.push_back(callback(value)); }),
           /*is_required=*/true},

@@ -57,6 +57,12 @@ struct MeasuredExecutor {
   std::vector<std::string> callbacks;
 };
 
+/// What a component was in a run: if it is another one now, its numbers are of something else.
+struct MeasuredComponent {
+  std::string node;    // its full name
+  std::string digest;  // of its class, its library and its parameters
+};
+
 /// The content of a *.model.yaml file.
 struct MeasuredModel {
   std::string path;         // of itself, for messages; empty: it was not read from a file
@@ -73,7 +79,11 @@ struct MeasuredModel {
   std::uint64_t lost_executions = 0;
   std::vector<MeasuredCallback> callbacks;
   std::vector<MeasuredChain> chains;
-  std::vector<MeasuredExecutor> executors;  // empty: the model does not tell
+  std::vector<MeasuredExecutor> executors;    // empty: the model does not tell
+  std::vector<MeasuredComponent> components;  // empty: the model does not tell
+  /// In what the caller has found this machine, or a component, to be another one; empty: in
+  /// nothing. Not in the file.
+  std::string differs;
 };
 
 /// Reads such a file, which a person may have written.

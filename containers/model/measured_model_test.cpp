@@ -114,7 +114,7 @@ TEST(MeasuredModel, RefusesUnknownKeysWithTheNearestValidOne) {
       errors_in("callback: {}\ncallbacks: {}"),
       "m.model.yaml:1: 'callback' is not a key of a measured model; did you mean 'callbacks'? "
       "valid: file, machine, duration, margin, lost_executions, overheads, "
-      "executors, callbacks, chains\n");
+      "executors, components, callbacks, chains\n");
   EXPECT_THAT(errors_of("    arival: {}"), HasSubstr("m.model.yaml:3: 'arival' is not a key of a "
                                                      "measured callback; did you mean 'arrival'?"));
   EXPECT_THAT(errors_of("    arrival: {jiter: 1ms}"), HasSubstr("did you mean 'jitter'?"));

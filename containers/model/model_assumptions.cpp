@@ -1,4 +1,4 @@
-// The assumptions of a model, and what it refuses to assume.
+// The assumptions of a model.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <chrono>
@@ -6,164 +6,470 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "takt/containers/component.hpp"
 #include "takt/containers/model/model_builder.hpp"
+#include "takt/entities/subscription.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
 
 namespace takt {
+namespace {
 
-// Callbacks that the model has seen and the file's components have not made: they may be made while
-// it runs, and nobody knows when they become ready.
-void ModelBuilder::add_unknown_callbacks() {
-  if (measured_ == nullptr) return;
+using State = Assumption::State;
+
+// Limit: lines of a file that an assumption names. At it: the first are named. Seen: "…".
+constexpr std::size_t kMostSources = 3;
+
+std::vector<std::string> once(std::vector<std::string> parts) {
+  std::vector<std::string> result;
+  for (std::string& part : parts) {
+    if (std::find(result.begin(), result.end(), part) == result.end()) {
+      result.push_back(std::move(part));
+    }
+  }
+  return result;
+}
+
+std::string joined(std::vector<std::string> parts, std::string_view separator) {
+  return fmt::format("{}", fmt::join(once(std::move(parts)), separator));
+}
+
+}  // namespace
+
+// ---- Facts and assumptions ----
+
+std::string ModelParts::declared_at(const SourceLine& where) {
+  return where.empty() ? "declared" : "declared at " + where;
+}
+
+SourceLine ModelParts::line_of(std::string_view map, std::string_view key) const {
+  for (const WrittenKey& written : description_.keys) {
+    if (written.map == map && written.key == key) return written.where;
+  }
+  return {};
+}
+
+std::string ModelParts::measured_source() const {
+  std::uint64_t least = 0;
   for (const MeasuredCallback& seen : measured_->callbacks) {
-    if (seen.executions == 0) continue;
-    bool has_node = false, is_known = false;
-    std::set<std::size_t> executors;
-    for (std::size_t i = 0; i < callbacks_.size(); ++i) {
-      const analysis::Callback& callback = model_.system.callbacks[i];
-      is_known = is_known || callback.name == seen.name;
-      if (!seen.name.starts_with(callbacks_[i]->node->fully_qualified_name() + "/")) continue;
-      has_node = true;
-      executors.insert(callback.executor);
-    }
-    if (is_known) continue;
-    if (!has_node) {
-      throw Error(fmt::format("the model has a callback '{}', which ran {} times, and '{}' has no "
-                              "node of that name",
-                              seen.name, seen.executions, description_.file),
-                  "give the model of this system", measured_->path);
-    }
-    for (const std::size_t executor : executors) {
-      model_.system.executors[executor].unknown = fmt::format(
-          "'{}' ran {} times in the model, and its node has not made it when it was "
-          "constructed: nothing is known of how often it runs",
-          seen.name, seen.executions);
-    }
+    if (seen.executions != 0 && (least == 0 || seen.executions < least)) least = seen.executions;
   }
+  return fmt::format("measured, n = {} or more", least);
 }
 
-void ModelBuilder::add_assumptions() {
-  auto& list = model_.assumptions;
-  add_assumptions_of_machine();
-  list.push_back(
-      "nothing but callbacks sends, unless the model has seen it; and callbacks do not wait for "
-      "each other by locks of theirs");
-  if (joins_dds()) {
-    list.push_back(
-        "nobody outside of the file publishes on a topic, or calls a service, on which somebody "
-        "inside does");
-  }
-  add_assumptions_of_model();
-  add_what_nobody_says();
-  list.insert(list.end(), granted_.begin(), granted_.end());
-  add_what_was_not_seen();
-}
-
-void ModelBuilder::add_assumptions_of_machine() {
-  auto& list = model_.assumptions;
-  const std::string on = fmt::format("CPU {}", fmt::join(cpus(), ", "));
-  list.push_back(
-      description_.machine.is_exclusive
-          ? "promised: nothing else runs on " + on
-          : fmt::format("no real-time thread outside of the file runs on {}; Takt's own threads "
-                        "(DDS, log, container) need no time of those that run callbacks",
-                        on));
-  const analysis::Overheads& overheads = model_.system.overheads;
-  const MachineDescription& machine = description_.machine;
-  std::vector<const char*> free;
-  const auto add_overhead = [&](analysis::Time time, Nanoseconds stated, const char* what) {
-    if (time == 0) free.push_back(what);
-    if (time == stated.count()) return;
-    list.push_back(fmt::format("{} takes {:.1f} µs at most, as the model estimates", what,
-                               static_cast<double>(time) / 1e3));
-  };
-  add_overhead(overheads.dispatch, machine.dispatch, "an executor's way to its next callback");
-  add_overhead(overheads.wake, machine.wake, "waking a thread");
-  add_overhead(overheads.context_switch, machine.change, "a change from thread to thread");
-  if (!free.empty()) {
-    list.push_back(
-        fmt::format("these take no time, as nobody has stated (`machine: overheads`) or measured "
-                    "it: {}",
-                    fmt::join(free, ", ")));
-  }
-  const auto& executors = model_.system.executors;
-  const auto has_rights = [](const analysis::Executor& executor) {
-    return executor.is_realtime || executor.reservation;
-  };
-  if (description_.realtime == Realtime::prefer &&
-      std::any_of(executors.begin(), executors.end(), has_rights)) {
-    list.push_back(
-        "Linux gives all threads their policies and priorities: `realtime: prefer` goes on without "
-        "(`takt doctor` says whether it may have them, `realtime: require` makes sure)");
-  }
-  if (!description_.machine.rt_runtime && model_.system.for_realtime) {
-    list.push_back(fmt::format(
-        "Linux grants {:g} ms of each second to the real-time threads of a CPU, as on this machine",
-        static_cast<double>(model_.system.for_realtime->budget) / 1e6));
-  }
-}
-
-void ModelBuilder::add_assumptions_of_model() {
-  const auto exists = [&](Provenance provenance) {
-    return std::any_of(model_.callbacks.begin(), model_.callbacks.end(),
-                       [&](const auto& callback) { return callback.execution == provenance; });
-  };
-  if (exists(Provenance::measured)) {
-    model_.assumptions.push_back(
-        fmt::format("no execution is longer than the longest that was measured, and {:g} %; none "
-                    "waits longer or sends more messages, and no arrivals are closer than those "
-                    "that were measured",
-                    100 * measured_->margin));
-  }
-  if (measured_ != nullptr && measured_->lost_executions != 0) {
-    model_.assumptions.push_back(
-        fmt::format("the {} executions that the trace of the model has lost were as the others",
-                    measured_->lost_executions));
-  }
-  if (exists(Provenance::promised)) {
-    model_.assumptions.push_back(
-        "no execution is longer than its `budget`: overruns are counted, not prevented");
-  }
-}
-
-// Of each callback by name: what neither the file, a run nor its component tells.
-void ModelBuilder::add_what_nobody_says() {
-  std::vector<std::string> waits, executions, messages, answers;
-  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
-    const Provenance execution = model_.callbacks[i].execution;
-    if (!may_run_[i] || execution == Provenance::unknown || said_by_component(i)) continue;
-    const MeasuredCallback* const seen = measured(i);
-    const bool has_run = seen != nullptr && seen->executions != 0;
-    const std::string name = "'" + model_.system.callbacks[i].name + "'";
-    const bool is_service = callbacks_[i]->entity->kind() == EntityKind::service;
-    if (!callbacks_[i]->described.waits && !(has_run && seen->longest_wait)) waits.push_back(name);
-    if (has_run) continue;
-    if (execution == Provenance::declared) executions.push_back(name);
-    if (!model_.system.callbacks[i].outputs.empty())
-      (is_service ? answers : messages).push_back(name);
-  }
-  const auto add = [&](const char* what, const std::vector<std::string>& names, const char* why) {
-    if (names.empty()) return;
-    model_.assumptions.push_back(fmt::format("{} {} {}", what, fmt::join(names, ", "), why));
-  };
-  add("no execution of", executions, "is longer than declared: no run has measured it");
-  add("no execution of", waits,
-      "waits for a lock, a device, a reply or the like: nobody has declared (`waits`) or measured "
-      "how long");
-  add("no execution of", messages,
-      "sends more than one message to each topic and service: no run has shown it");
-  add("each execution of", answers, "answers its request: no run has shown it");
-}
-
-void ModelBuilder::add_what_was_not_seen() {
-  if (not_seen_.empty()) return;
+void ModelParts::assume_unseen(const std::string& what, std::size_t callback) {
   const std::string length =
       measured_->duration == Nanoseconds::zero()
           ? "the measured run, of unknown length,"
           : fmt::format("the measured run of {:.3g} s",
                         std::chrono::duration<double>(measured_->duration).count());
-  for (const std::string& what : not_seen_) {
-    model_.assumptions.push_back(
-        fmt::format("it never happens that {}: {} has not shown it", what, length));
+  assume({.id = "not_seen",
+          .state = State::unchecked,
+          .text = fmt::format("it never happens that {}: {} has not shown it", what, length),
+          .name = {},
+          .source = measured_source(),
+          .executor = model_.system.callbacks[callback].executor});
+}
+
+std::vector<Assumption> AssumptionFinder::assumptions(
+    const std::set<std::size_t>* executors) const {
+  struct Parts {
+    State state = State::checked;
+    // The sentences, each with the names that share it.
+    std::vector<std::pair<std::string, std::vector<std::string>>> sentences;
+    std::vector<std::string> sources;
+  };
+  std::vector<std::pair<std::string, Parts>> by_id;
+  for (const Fact& fact : facts_) {
+    if (executors != nullptr && fact.executor && !executors->contains(*fact.executor)) continue;
+    auto known = std::find_if(by_id.begin(), by_id.end(),
+                              [&](const auto& other) { return other.first == fact.id; });
+    if (known == by_id.end()) known = by_id.insert(known, {fact.id, {}});
+    Parts& parts = known->second;
+    if (fact.state < parts.state) continue;  // what is worse is said
+    if (fact.state > parts.state) parts = {.state = fact.state, .sentences = {}, .sources = {}};
+    auto sentence = std::find_if(parts.sentences.begin(), parts.sentences.end(),
+                                 [&](const auto& other) { return other.first == fact.text; });
+    if (sentence == parts.sentences.end())
+      sentence = parts.sentences.insert(sentence, {fact.text, {}});
+    if (!fact.name.empty()) sentence->second.push_back(fact.name);
+    parts.sources.push_back(fact.source);
+  }
+  std::vector<Assumption> result;
+  for (auto& [id, parts] : by_id) {
+    std::vector<std::string> texts;
+    for (auto& [text, names] : parts.sentences) {
+      texts.push_back(
+          names.empty() ? text : fmt::format(fmt::runtime(text), joined(std::move(names), ", ")));
+    }
+    std::vector<std::string> sources = once(std::move(parts.sources));
+    if (sources.size() > kMostSources) {
+      sources.resize(kMostSources);
+      sources.emplace_back("…");
+    }
+    result.push_back({.id = id,
+                      .text = joined(std::move(texts), "; "),
+                      .source = joined(std::move(sources), ", "),
+                      .state = parts.state,
+                      .accepted = {}});
+  }
+  return result;
+}
+
+void AssumptionFinder::add_assumptions() {
+  add_keys_not_covered();
+  add_lifecycle_nodes();
+  add_reserved_threads();
+  add_assumptions_of_machine();
+  add_overheads();
+  add_assumptions_of_model();
+  add_assumptions_of_start();
+  add_who_else_sends();
+  add_what_nobody_says();
+  add_what_nodes_may_make();
+  const auto accept = [](std::vector<Assumption>& all, const Acceptances& reasons) {
+    for (Assumption& assumption : all) {
+      const auto reason = reasons.find(assumption.id);
+      const bool counts = assumption.state == State::unchecked && reason != reasons.end();
+      if (counts) assumption.accepted = reason->second;
+    }
+  };
+  model_.assumptions = assumptions(nullptr);
+  accept(model_.assumptions, description_.accepted);
+  for (SystemModel::Chain& chain : model_.chains) {
+    if (chain.why_not.empty()) {
+      const auto executors = executors_of(model_.system.chains[chain.index].callbacks);
+      chain.assumptions = assumptions(&executors);
+    } else {
+      chain.assumptions = assumptions(nullptr);
+    }
+    accept(chain.assumptions, description_.accepted);
+    for (const ChainDescription& stated : description_.chains) {
+      if (stated.options.name != chain.name) continue;
+      accept(chain.assumptions, stated.accepted);
+      if (!stated.from_activation) continue;
+      std::erase_if(chain.assumptions,
+                    [](const Assumption& each) { return each.id == "start_is_over"; });
+    }
+  }
+}
+
+// ---- The machine ----
+
+void AssumptionFinder::add_assumptions_of_machine() {
+  const auto& executors = model_.system.executors;
+  for (std::size_t i = 0; i < executors.size(); ++i) {
+    add_what_else_runs(i);
+    const auto [slowest, fastest] = speeds_of(i);
+    if (slowest == 1 && fastest == 1) continue;
+    assume({.id = "times_scale_with_speed",
+            .state = State::unchecked,
+            .text = "execution times of {} are those of a CPU of speed 1, divided by `speed`",
+            .name = "'" + executors[i].name + "'",
+            .source = declared_at(line_of("a machine", "speed")),
+            .executor = i});
+  }
+  if (!machine_.is_known || machine_.is_virtual) {
+    assume({.id = "host_not_shared",
+            .state = State::unchecked,
+            .text = machine_.is_known ? "this machine is virtual: its host takes no CPU away"
+                                      : "the machine is not virtual, or its host takes no CPU away",
+            .name = {},
+            .source = "nobody",
+            .executor = {}});
+  }
+  if (!description_.lock_memory || description_.realtime == Realtime::off) {
+    assume({.id = "no_page_faults",
+            .state = State::unchecked,
+            .text = "no callback waits for a page of memory: nothing is locked",
+            .name = {},
+            .source = "nobody",
+            .executor = {}});
+  }
+  if (!description_.machine.rt_runtime && model_.system.for_realtime) {
+    assume({.id = "rt_runtime_as_here",
+            .state = machine_.is_known ? State::checked : State::unchecked,
+            .text = fmt::format("Linux grants {:g} ms of each second to the real-time threads of a "
+                                "CPU, as on this machine",
+                                static_cast<double>(model_.system.for_realtime->budget) / 1e6),
+            .name = {},
+            .source = "this machine",
+            .executor = {}});
+  }
+}
+
+// Whether other threads may run before those of an executor.
+void AssumptionFinder::add_what_else_runs(std::size_t index) {
+  const analysis::Executor& executor = model_.system.executors[index];
+  const std::string name = "'" + executor.name + "'";
+  const auto add = [&](const char* id, State state, const char* text, std::string source) {
+    assume({.id = id,
+            .state = state,
+            .text = text,
+            .name = name,
+            .source = std::move(source),
+            .executor = index});
+  };
+  const bool is_promised = description_.machine.is_exclusive;
+  const std::string promise =
+      is_promised ? declared_at(line_of("a machine", "exclusive")) : "nobody";
+  if (!executor.is_realtime && !executor.reservation) {
+    add("nothing_else_runs", State::unchecked, "nothing else runs on the CPUs of {}", promise);
+    add("dds_threads_elsewhere", State::unchecked,
+        "Takt's own threads and those of DDS need no time on the CPUs of {}", "nobody");
+    return;
+  }
+  if (description_.realtime == Realtime::prefer) {
+    add("realtime_granted", State::checked,
+        "Linux gives the threads of {} their policies and priorities", "this machine");
+  }
+  const char* const before = "no other thread runs before those of {} on their CPUs";
+  if (!machine_.is_known) return add("nothing_else_runs", State::unchecked, before, promise);
+  for (const ModelledThread& thread : threads_) {
+    if (thread.executor != index) continue;
+    const ThreadAttributes& own = thread.attributes;
+    for (const MachineFacts::Thread& other : machine_.others) {
+      const std::vector<int>& its = own.affinity.empty() ? cpus() : own.affinity;
+      const bool may_meet = std::find_first_of(its.begin(), its.end(), other.cpus.begin(),
+                                               other.cpus.end()) != its.end();
+      const bool is_before = other.is_reserved || (own.policy != ThreadPolicy::deadline &&
+                                                   other.priority >= own.priority);
+      // It may be this system that runs.
+      const bool is_own = std::any_of(
+          threads_.begin(), threads_.end(),
+          [&](const ModelledThread& mine) { return mine.attributes.name == other.name; });
+      if (!may_meet || !is_before || is_own) continue;
+      assume({.id = "nothing_else_runs",
+              .state = State::unchecked,
+              .text = fmt::format("the thread '{}' of another process, which runs before those of "
+                                  "{{}}, is not there or short",
+                                  other.name),
+              .name = name,
+              .source = "this machine",
+              .executor = index});
+    }
+  }
+  add("nothing_else_runs", State::checked, before, "this machine");
+}
+
+// ---- Overheads ----
+
+// Of callbacks whose component says how long they work, but not how long they send.
+bool AssumptionFinder::sends(std::size_t index) const {
+  if (model_.callbacks[index].execution != Provenance::exact) return false;
+  const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callbacks_[index]->node.get());
+  const auto sent =
+      component != nullptr ? component->sends(callbacks_[index]->entity->name()) : std::nullopt;
+  return sent ? sent->messages != 0 : !model_.system.callbacks[index].outputs.empty();
+}
+
+void AssumptionFinder::add_overheads() {
+  const analysis::Overheads& overheads = model_.system.overheads;
+  const MachineDescription& stated = description_.machine;
+  const auto& executors = model_.system.executors;
+  const auto add = [&](const char* what, analysis::Time time, Nanoseconds said,
+                       std::optional<std::size_t> executor) {
+    const bool is_said = time != 0 && said != Nanoseconds::zero();
+    const bool is_here = is_said && machine_.overhead_samples != 0;
+    const char* const id = time == 0             ? "overheads_are_zero"
+                           : is_said && !is_here ? "as_declared"
+                                                 : "as_measured";
+    assume({.id = id,
+            .state = State::unchecked,
+            .text = time == 0 ? std::string("these take no time: {}")
+                              : std::string("these take no longer than stated or measured: {}"),
+            .name = what,
+            .source = time == 0 ? std::string("nobody")
+                      : is_here ? fmt::format("measured here, n = {}", machine_.overhead_samples)
+                      : is_said ? declared_at(line_of("a machine", "overheads"))
+                                : measured_source(),
+            .executor = executor});
+  };
+  add("an executor's way to its next callback", overheads.dispatch, stated.dispatch, {});
+  add("waking a thread", overheads.wake, stated.wake, {});
+  for (std::size_t i = 0; i < executors.size(); ++i) {
+    const bool shares = std::any_of(executors.begin(), executors.end(), [&](const auto& other) {
+      return &other != &executors[i] && other.share && executors[i].share &&
+             other.share->cpu == executors[i].share->cpu;
+    });
+    if (shares) add("a change from thread to thread", overheads.context_switch, stated.change, i);
+  }
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    if (!sends(i)) continue;
+    const std::size_t executor = model_.system.callbacks[i].executor;
+    add("sending a message", stated.publish.count(), stated.publish, executor);
+    const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callbacks_[i]->node.get());
+    if (stated.publish.count() == 0 || component->sends(callbacks_[i]->entity->name())) continue;
+    add("sending more than a small message", 0, {}, executor);
+  }
+}
+
+// ---- The measured run ----
+
+void AssumptionFinder::add_assumptions_of_model() {
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    const std::size_t executor = model_.system.callbacks[i].executor;
+    const Provenance from = model_.callbacks[i].execution;
+    if (from == Provenance::promised) {
+      assume({.id = "budgets_hold",
+              .state = State::checked,
+              .text = "no execution is longer than its `budget`: overruns are counted, not "
+                      "prevented",
+              .name = {},
+              .source = "declared",
+              .executor = executor});
+    }
+    const MeasuredCallback* const seen = measured(i);
+    const bool has_run = seen != nullptr && seen->executions != 0;
+    if (from != Provenance::measured && !has_run) continue;
+    assume({.id = "as_measured",
+            .state = State::unchecked,
+            .text = fmt::format(
+                "no execution is longer than the longest that was measured, and {:g} %; none "
+                "waits longer or sends more messages, and no arrivals are closer than those "
+                "that were measured",
+                100 * measured_->margin),
+            .name = {},
+            .source = measured_source(),
+            .executor = executor});
+    if (measured_->differs.empty()) continue;
+    assume({.id = "model_from_elsewhere",
+            .state = State::unchecked,
+            .text = "what was measured is true here, though " + measured_->differs,
+            .name = {},
+            .source = "nobody",
+            .executor = executor});
+  }
+  if (measured_ != nullptr && measured_->lost_executions != 0) {
+    assume({.id = "as_measured",
+            .state = State::unchecked,
+            .text = fmt::format(
+                "the {} executions that the trace of the model has lost were as the others",
+                measured_->lost_executions),
+            .name = {},
+            .source = measured_source(),
+            .executor = {}});
+  }
+}
+
+// ---- What the system does ----
+
+// What a publisher keeps for late subscriptions comes at once, and a constructor may send anything.
+void AssumptionFinder::add_assumptions_of_start() {
+  const auto add = [&](std::string text, std::size_t callback) {
+    assume({.id = "start_is_over",
+            .state = State::unchecked,
+            .text = std::move(text),
+            .name = "'" + model_.system.callbacks[callback].name + "'",
+            .source = "nobody",
+            .executor = model_.system.callbacks[callback].executor});
+  };
+  for (std::size_t to = 0; to < callbacks_.size(); ++to) {
+    const auto* const end = dynamic_cast<const SubscriptionBase*>(callbacks_[to]->entity.get());
+    if (end == nullptr) continue;
+    if (end->qos().durability == Durability::transient_local) {
+      add("what {} gets at once when it is made, as its topic keeps it, is served", to);
+    }
+    const std::string topic = callbacks_[to]->entity->topic();
+    for (const ModelledProcess& process : processes_) {
+      for (const ModelledProcess::Member& member : process.nodes) {
+        const bool says_all =
+            dynamic_cast<const KnowsExecutionTimes*>(member.node.get()) != nullptr;
+        if (says_all || !member.node->publishing_callbacks(topic)) continue;
+        add("what constructors and bring-up send to {} is served", to);
+      }
+    }
+  }
+}
+
+void AssumptionFinder::add_who_else_sends() {
+  const bool is_closed =
+      !joins_dds() || (description_.dds && description_.dds->discovery == DiscoveryRange::off);
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    const EntityKind kind = callbacks_[i]->entity->kind();
+    const bool receives = kind == EntityKind::subscription || kind == EntityKind::service ||
+                          kind == EntityKind::client;
+    if (!receives || (is_closed && !process_of(i)->is_program)) continue;
+    assume({.id = "no_other_publishers",
+            .state = State::unchecked,
+            .text = "nobody outside of the file sends to {}",
+            .name = "'" + model_.system.callbacks[i].name + "'",
+            .source = "nobody",
+            .executor = model_.system.callbacks[i].executor});
+  }
+  // A container refuses what takes a guarantee away that it knows: of its own process, by the model
+  // that its file names.
+  const bool is_known =
+      processes_.size() == 1 && (measured_ == nullptr || measured_->path == description_.model);
+  if (is_known || !joins_dds()) return;
+  assume({.id = "nothing_is_changed",
+          .state = State::unchecked,
+          .text = "no container gets another component, and no callback other parameters",
+          .name = {},
+          .source = "nobody",
+          .executor = {}});
+}
+
+// Of each callback by name: what neither the file, a run nor its component tells.
+void AssumptionFinder::add_what_nobody_says() {
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    const Provenance execution = model_.callbacks[i].execution;
+    if (!may_run_[i] || execution == Provenance::unknown) continue;
+    const CallbackDescription& stated = callbacks_[i]->described;
+    const MeasuredCallback* const seen = measured(i);
+    const bool has_run = seen != nullptr && seen->executions != 0;
+    const bool is_said = said_by_component(i).has_value();
+    const auto add = [&](const char* text, std::string source) {
+      assume({.id = "as_declared",
+              .state = State::unchecked,
+              .text = text,
+              .name = "'" + model_.system.callbacks[i].name + "'",
+              .source = std::move(source),
+              .executor = model_.system.callbacks[i].executor});
+    };
+    if (execution == Provenance::declared && !has_run) {
+      add("no execution of {} is longer than declared: no run has measured it",
+          declared_at(stated.where));
+    }
+    if (is_said) continue;
+    if (!stated.waits && !(has_run && seen->longest_wait)) {
+      add("no execution of {} waits for a lock, a device, a reply or the like: nobody has declared "
+          "(`waits`) or measured how long",
+          "nobody");
+    }
+    if (has_run) continue;
+    if (callbacks_[i]->entity->kind() == EntityKind::timer) {
+      add("{} keeps its period: no run has shown it", "nobody");
+    }
+    if (model_.system.callbacks[i].outputs.empty()) continue;
+    add(callbacks_[i]->entity->kind() == EntityKind::service
+            ? "each execution of {} answers its request: no run has shown it"
+            : "no execution of {} sends more than one message to each topic and service: no run "
+              "has shown it",
+        "nobody");
+  }
+}
+
+// A callback or a thread of a component may make another callback while the system runs.
+void AssumptionFinder::add_what_nodes_may_make() {
+  for (const ModelledProcess& process : processes_) {
+    for (const ModelledProcess::Member& member : process.nodes) {
+      if (dynamic_cast<const KnowsExecutionTimes*>(member.node.get()) != nullptr) continue;
+      const std::string name = member.node->fully_qualified_name();
+      const bool has_run =
+          measured_ != nullptr &&
+          std::any_of(measured_->callbacks.begin(), measured_->callbacks.end(),
+                      [&](const MeasuredCallback& seen) {
+                        return seen.executions != 0 && seen.name.starts_with(name + "/");
+                      });
+      for (const auto& part : parts_of(process, member)) {
+        assume({.id = has_run ? "as_measured" : "as_declared",
+                .state = State::unchecked,
+                .text = "{} makes no other callbacks later",
+                .name = "'" + name + "'",
+                .source = has_run ? measured_source() : "nobody",
+                .executor = part});
+      }
+    }
   }
 }
 

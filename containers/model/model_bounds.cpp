@@ -43,6 +43,12 @@ Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t in
                         name, to_string(*facts.given_up_after)),
             0};
   }
+  if (facts.lifespan != Nanoseconds::zero() &&
+      bound.bound - callback.least_execution > facts.lifespan.count()) {
+    return {fmt::format("messages of '{}' may wait for longer than their lifespan, {}", name,
+                        to_string(facts.lifespan)),
+            0};
+  }
   if (callback.is_timer && facts.period > Nanoseconds::zero()) {
     return loss_of_timer(name, facts, callback, bound.bound);
   }
@@ -60,7 +66,9 @@ Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t in
 void find_losses(const SystemModel& model, const ModelBounds& bounds,
                  const std::vector<std::size_t>& path, ModelBounds::Chain& result) {
   for (const std::size_t callback : path) {
-    const Loss loss = loss_at(model, bounds, callback);
+    Loss loss = loss_at(model, bounds, callback);
+    const std::string& best_effort = model.callbacks[callback].best_effort;
+    if (callback != path.front() && !best_effort.empty()) loss = {best_effort, 0};
     result.one_of = analysis::times(result.one_of, loss.one_of);
     if (result.why_lossy.empty()) result.why_lossy = loss.why;
   }

@@ -1,4 +1,5 @@
-// The steps from nodes and threads to a SystemModel. Private to the model's files.
+// The steps from nodes and threads to a SystemModel, and to what it rests on. Private to the
+// model's files.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_MODEL_MODEL_BUILDER_HPP_
 #define TAKT_CONTAINERS_MODEL_MODEL_BUILDER_HPP_
@@ -28,18 +29,110 @@ struct ModelledPart {
   std::vector<std::size_t> callbacks;
 };
 
-/// Makes a SystemModel, step by step: an object for each.
+/// What is known of a model so far.
 /// Thread safety: none. Real-time: no.
-class ModelBuilder {
+class ModelParts {
  public:
-  ModelBuilder(const SystemDescription& description, std::span<const PlannedChain> chains,
-               std::span<const ModelledProcess> processes, const MeasuredModel* measured)
-      : description_(description), chains_(chains), processes_(processes), measured_(measured) {
+  ModelParts(const SystemDescription& description, std::span<const PlannedChain> chains,
+             std::span<const ModelledProcess> processes, const MeasuredModel* measured,
+             const MachineFacts& machine)
+      : description_(description),
+        chains_(chains),
+        processes_(processes),
+        measured_(measured),
+        machine_(machine) {
     if (measured == nullptr) return;
     for (const MeasuredCallback& callback : measured->callbacks) {
       measured_callbacks_[callback.name] = &callback;
     }
   }
+
+ protected:
+  /// A part of an assumption.
+  struct Fact {
+    std::string id;
+    Assumption::State state;
+    std::string text;  // with {} for all `name` that share it
+    std::string name;
+    std::string source;
+    std::optional<std::size_t> executor;  // whose bounds rest on it; nullopt: all
+  };
+  void assume(Fact fact) { facts_.push_back(std::move(fact)); }
+  /// That it never happens that …
+  void assume_unseen(const std::string& what, std::size_t callback);
+  /// "declared at robot.yaml:7".
+  static std::string declared_at(const SourceLine& where);
+  /// Of the first such key in the file; empty: there is none.
+  SourceLine line_of(std::string_view map, std::string_view key) const;
+  std::string measured_source() const;
+  std::pair<double, double> speeds_of(std::size_t executor) const;
+  std::optional<Nanoseconds> said_by_component(std::size_t callback) const;
+  const ModelledProcess* process_of(std::size_t callback) const {
+    return parts_[model_.system.callbacks[callback].executor].process;
+  }
+  bool joins_dds() const { return description_.dds.has_value() || processes_.size() > 1; }
+  const MeasuredCallback* measured(std::size_t callback) const {
+    const auto found = measured_callbacks_.find(model_.system.callbacks[callback].name);
+    return found != measured_callbacks_.end() ? found->second : nullptr;
+  }
+  const std::vector<int>& cpus() const {
+    return description_.machine.cpus.empty() ? available_cpus() : description_.machine.cpus;
+  }
+
+  const SystemDescription& description_;
+  const std::span<const PlannedChain> chains_;
+  const std::span<const ModelledProcess> processes_;
+  const MeasuredModel* const measured_;  // or nullptr
+  const MachineFacts& machine_;
+  std::map<std::string, const MeasuredCallback*, std::less<>> measured_callbacks_;
+
+  SystemModel model_;
+  std::vector<ModelledPart> parts_;  // as model_.system.executors
+  std::map<std::tuple<const ModelledProcess*, std::string, const void*>, std::size_t> part_index_;
+  std::vector<const ModelledProcess::Callback*> callbacks_;  // as model_.system.callbacks
+  std::vector<ModelledThread> threads_;
+  std::vector<Place> places_;
+  std::set<std::size_t> in_circle_;  // callbacks
+  std::vector<bool> may_run_;        // by callback
+  std::vector<Fact> facts_;
+};
+
+/// What the bounds of a model rest on besides its numbers.
+/// Thread safety: none. Real-time: no.
+class AssumptionFinder : public ModelParts {
+ public:
+  using ModelParts::ModelParts;
+
+ protected:
+  void add_assumptions();
+
+ private:
+  void add_keys_not_covered();
+  void add_lifecycle_nodes();
+  void add_reserved_threads();
+  void add_reserved_thread(const ThreadAttributes& own, const std::string& key);
+  void add_what_else_runs(std::size_t executor);
+  void add_assumptions_of_machine();
+  void add_overheads();
+  void add_assumptions_of_model();
+  void add_assumptions_of_start();
+  void add_who_else_sends();
+  void add_what_nobody_says();
+  void add_what_nodes_may_make();
+  bool sends(std::size_t callback) const;
+  /// Those of these executors, one for each id; nullptr: of all.
+  std::vector<Assumption> assumptions(const std::set<std::size_t>* executors) const;
+  /// On which the bound of a chain depends.
+  std::set<std::size_t> executors_of(const std::vector<std::size_t>& path) const;
+  std::vector<std::optional<std::size_t>> parts_of(const ModelledProcess& process,
+                                                   const ModelledProcess::Member& node) const;
+};
+
+/// Makes a SystemModel, step by step: an object for each.
+/// Thread safety: none. Real-time: no.
+class ModelBuilder : public AssumptionFinder {
+ public:
+  using AssumptionFinder::AssumptionFinder;
 
   SystemModel build() {
     set_overheads();
@@ -67,7 +160,6 @@ class ModelBuilder {
                    const ModelledProcess::Callback& callback, const ExecutorTraits& traits);
   void place_threads();
   void set_execution(std::size_t callback);
-  std::pair<double, double> speeds_of(std::size_t executor) const;
   void link();
   void link_publishers(std::size_t subscription);
   void link_callers(std::size_t service);
@@ -87,12 +179,16 @@ class ModelBuilder {
   void cut_circles();
   void set_arrivals(std::size_t callback);
   bool is_step(std::size_t from, std::size_t to) const;
-  void refuse_execution_below(Nanoseconds known, std::size_t callback) const;
-  std::optional<Nanoseconds> said_by_component(std::size_t callback) const;
+  void compare_execution(Nanoseconds said, Nanoseconds seen, std::size_t callback);
+  Nanoseconds sending(std::size_t callback);
   void add_waits(std::size_t callback);
   std::optional<ArrivalDescription> stated_arrival(std::size_t callback, bool has_senders) const;
   analysis::ArrivalCurve declared_arrivals(std::size_t callback, const ArrivalDescription& arrival,
-                                           bool has_senders) const;
+                                           bool has_senders);
+  void compare_arrivals(std::size_t callback, const analysis::ArrivalCurve& promised,
+                        const std::vector<Nanoseconds>& seen, const char* what);
+  bool is_timeout(const Entity& entity) const;
+  bool is_periodic(const Entity& entity) const;
   std::optional<analysis::ArrivalCurve> arrivals_of(std::size_t callback, bool has_senders);
   std::optional<analysis::ArrivalCurve> measured_arrivals(const MeasuredCallback& seen) const;
   std::optional<analysis::ArrivalCurve> unexplained_arrivals(std::size_t callback) const;
@@ -101,41 +197,6 @@ class ModelBuilder {
   void set_order(const ModelledPart& part);
   void pass_on_what_is_unknown();
   void add_chains();
-  void add_assumptions();
-  void add_assumptions_of_machine();
-  void add_assumptions_of_model();
-  void add_what_nobody_says();
-  void add_what_was_not_seen();
-  const ModelledProcess* process_of(std::size_t callback) const {
-    return parts_[model_.system.callbacks[callback].executor].process;
-  }
-  bool joins_dds() const { return description_.dds.has_value() || processes_.size() > 1; }
-  const MeasuredCallback* measured(std::size_t callback) const {
-    const auto found = measured_callbacks_.find(model_.system.callbacks[callback].name);
-    return found != measured_callbacks_.end() ? found->second : nullptr;
-  }
-  const std::vector<int>& cpus() const {
-    return description_.machine.cpus.empty() ? available_cpus() : description_.machine.cpus;
-  }
-
-  const SystemDescription& description_;
-  const std::span<const PlannedChain> chains_;
-  const std::span<const ModelledProcess> processes_;
-  const MeasuredModel* const measured_;  // or nullptr
-  std::map<std::string, const MeasuredCallback*, std::less<>> measured_callbacks_;
-
-  SystemModel model_;
-  std::vector<ModelledPart> parts_;  // as model_.system.executors
-  std::map<std::tuple<const ModelledProcess*, std::string, const void*>, std::size_t> part_index_;
-  std::vector<const ModelledProcess::Callback*> callbacks_;  // as model_.system.callbacks
-  std::vector<ModelledThread> threads_;
-  std::vector<Place> places_;
-  std::set<std::size_t> in_circle_;  // callbacks
-  std::vector<bool> may_run_;        // by callback
-  // What the run of the measured model has not shown, and so counts as not happening.
-  std::vector<std::string> not_seen_;
-  // What else is taken for granted of single callbacks.
-  std::vector<std::string> granted_;
 };
 
 }  // namespace takt

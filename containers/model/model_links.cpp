@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "takt/containers/model/model_builder.hpp"
+#include "takt/entities/subscription.hpp"
 
 namespace takt {
 
@@ -41,8 +42,8 @@ void ModelBuilder::link_callers(std::size_t service) {
     for (std::size_t from = 0; from < callbacks_.size(); ++from) {
       if (callbacks_[from]->node != client->node) continue;
       const bool is_response = callbacks_[from]->entity->kind() == EntityKind::client;
-      const bool is_timeout = callbacks_[from]->entity->name().ends_with("_timeout");
-      if (has_seen(from, service) || !(is_response || is_timeout)) link(from, service, {name});
+      if (has_seen(from, service) || !(is_response || is_timeout(*callbacks_[from]->entity)))
+        link(from, service, {name});
     }
   }
 }
@@ -110,8 +111,7 @@ void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
   const bool would_be_seen = seen != nullptr && seen->executions != 0 && is_inside && !way.joins &&
                              measured(to) != nullptr;
   if (!is_seen && !way.is_declared && would_be_seen && !is_step(from, to)) {
-    not_seen_.push_back(
-        fmt::format("'{}' sends to '{}'", callbacks[from].name, callbacks[to].name));
+    assume_unseen(fmt::format("'{}' sends to '{}'", callbacks[from].name, callbacks[to].name), to);
     return;
   }
   analysis::Output output{.to = to};
@@ -126,6 +126,19 @@ void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
     const bool is_known = delay != description_.delays.end();
     output.delay = is_known ? delay->second.longest.count() : kUnbounded;
     output.least_delay = is_known ? delay->second.least.count() : 0;
+    if (is_known) {
+      assume({.id = "as_declared",
+              .state = Assumption::State::unchecked,
+              .text = "no message on {} takes longer between processes than its `delay`",
+              .name = way.topic,
+              .source = declared_at(line_of("a topic", "delay")),
+              .executor = callbacks[to].executor});
+    }
+    const auto* const end = dynamic_cast<const SubscriptionBase*>(callbacks_[to]->entity.get());
+    if (end != nullptr && end->qos().reliability == Reliability::best_effort) {
+      model_.callbacks[to].best_effort = fmt::format(
+          "messages on '{}' go to another process, and `best_effort` may lose them", way.topic);
+    }
   }
   model_.system.callbacks[from].outputs.push_back(output);
 }

@@ -13,13 +13,14 @@
 
 namespace takt {
 
-// What the file says comes first.
+// What the file says comes first. A thread that wakes has been switched to, too.
 void ModelBuilder::set_overheads() {
   const MachineDescription& machine = description_.machine;
   analysis::Overheads& overheads = model_.system.overheads;
   overheads = {.dispatch = machine.dispatch.count(),
                .wake = machine.wake.count(),
                .context_switch = machine.change.count()};
+  if (overheads.wake != 0) overheads.wake += overheads.context_switch;
   if (measured_ == nullptr) return;
   if (overheads.dispatch == 0) overheads.dispatch = measured_->dispatch_overhead.count();
   if (overheads.wake == 0) overheads.wake = measured_->wake_overhead.count();
@@ -38,11 +39,15 @@ void ModelBuilder::add_callbacks() {
       SystemModel::Callback& facts = model_.callbacks.emplace_back();
       if (const auto* end = dynamic_cast<const SubscriptionBase*>(callback.entity.get())) {
         facts.depth = end->qos().depth;
+        const auto topic = description_.topics.find(callback.entity->topic());
+        if (topic != description_.topics.end()) {
+          facts.lifespan = topic->second.lifespan.value_or(Nanoseconds::zero());
+        }
       }
       if (const MeasuredCallback* const seen = measured(index)) facts.dropped = seen->dropped;
       if (facts.depth != 0) described.depth = static_cast<analysis::Count>(facts.depth);
       if (facts.dropped != 0) described.depth = 0;
-      const CallbackParameters parameters = callback.node->callback_parameters(*callback.entity);
+      const CallbackParameters parameters = callback.parameters();
       if (parameters.overrun == OverrunPolicy::abort) {
         facts.given_up_after = std::min(parameters.budget.value_or(Nanoseconds::max()),
                                         parameters.deadline.value_or(Nanoseconds::max()));

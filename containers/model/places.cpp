@@ -46,19 +46,43 @@ std::string names(const std::vector<const Thread*>& threads) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-Place place_of_reserved(const ThreadAttributes& thread) {
+/// Linux runs these threads by global EDF: each gets its runtime in each period if the sum of their
+/// shares is at most m - (m - 1) × the greatest (Goossens, Funk, Baruah: "Priority-driven
+/// scheduling of periodic task systems on multiprocessors", 2003). The kernel admits more.
+bool get_their_runtimes(const std::vector<Thread>& all, std::size_t cpus) {
+  double sum = 0, greatest = 0;
+  for (const Thread& thread : all) {
+    if (!thread.is_reserved()) continue;
+    const double share = static_cast<double>(thread.attributes->runtime.count()) /
+                         static_cast<double>(thread.attributes->period.count());
+    sum += share;
+    greatest = std::max(greatest, share);
+  }
+  const auto m = static_cast<double>(cpus);
+  return sum <= m - (m - 1) * greatest + 1e-9;  // of rounding
+}
+
+Place place_of_reserved(const ThreadAttributes& thread, const std::vector<Thread>& all,
+                        std::size_t cpus) {
   if (thread.deadline != Nanoseconds::zero() && thread.deadline != thread.period) {
     return {.unknown = fmt::format("the deadline of thread '{}' is shorter than its period, for "
                                    "which no supply is known",
                                    thread.name)};
   }
+  if (!get_their_runtimes(all, cpus)) {
+    return {.unknown = fmt::format(
+                "the SCHED_DEADLINE threads reserve so much that '{}' may get its runtime after "
+                "its period, on {} CPUs (Dhall's effect); reserve less",
+                thread.name, cpus)};
+  }
   return {.reservation = analysis::Reservation{.budget = thread.runtime.count(),
                                                .period = thread.period.count()}};
 }
 
-Place place_of(const Thread& thread, const std::vector<Thread>& all, bool is_exclusive) {
+Place place_of(const Thread& thread, const std::vector<Thread>& all, std::size_t cpus,
+               bool is_exclusive) {
   const std::string& name = thread.attributes->name;
-  if (thread.is_reserved()) return place_of_reserved(*thread.attributes);
+  if (thread.is_reserved()) return place_of_reserved(*thread.attributes, all, cpus);
   if (thread.urgency == 0 && !is_exclusive) {
     return {.unknown = fmt::format("thread '{}' is {}, so whatever runs on the machine delays it; "
                                    "give it SCHED_FIFO, or promise `machine: {{exclusive: true}}`",
@@ -97,9 +121,9 @@ Place place_of(const Thread& thread, const std::vector<Thread>& all, bool is_exc
 
 // Several threads need a CPU each.
 Place place_of_pool(const std::vector<const Thread*>& pool, const std::vector<Thread>& all,
-                    bool is_exclusive) {
+                    std::size_t cpus, bool is_exclusive) {
   for (const Thread* thread : pool) {
-    const Place place = place_of(*thread, all, is_exclusive);
+    const Place place = place_of(*thread, all, cpus, is_exclusive);
     if (!place.unknown.empty()) return place;
     const bool is_alone = !place.share || rivals(*thread, all).size() == 1;
     if (!place.reservation && is_alone) continue;
@@ -129,8 +153,9 @@ std::vector<Place> find_places(std::span<const ModelledThread> threads, std::siz
     for (const Thread& thread : all) {
       if (thread.executor == executor) mine.push_back(&thread);
     }
-    if (mine.size() == 1) result[executor] = place_of(*mine.front(), all, is_exclusive);
-    if (mine.size() > 1) result[executor] = place_of_pool(mine, all, is_exclusive);
+    if (mine.size() == 1)
+      result[executor] = place_of(*mine.front(), all, cpus.size(), is_exclusive);
+    if (mine.size() > 1) result[executor] = place_of_pool(mine, all, cpus.size(), is_exclusive);
   }
   // A pool that is bound to the CPU of one thread delays that by what is not known.
   for (const Thread& thread : all) {

@@ -17,31 +17,25 @@
 
 namespace takt {
 
+CallbackParameters ModelledProcess::Callback::parameters() const {
+  return changed ? *changed : node->callback_parameters(*entity);
+}
+
 using analysis::ArrivalCurve;
 using analysis::kUnbounded;
 
 namespace {
 
-/// Of a client, for requests that are not answered. Not set as long as nothing runs.
-bool is_timeout(const Entity& entity) {
-  const auto* timer = dynamic_cast<const Timer*>(&entity);
-  return timer != nullptr && timer->is_canceled() && entity.name().ends_with("_timeout");
-}
-
-// The library's alarms and time-outs are set by something else, and simulated time may run at any
-// speed.
-bool is_periodic(const Entity& entity) {
-  const auto* timer = dynamic_cast<const Timer*>(&entity);
-  if (timer == nullptr) return false;
-  const auto simulated = timer->clock().as_simulated();
-  if (simulated != nullptr && simulated->simulates()) return false;
-  const bool is_alarm = entity.name().find('/') != std::string::npos;
-  return !is_alarm && !is_timeout(entity);
-}
-
 // A callback that gives up its CPU for longer waits for something that nobody has described. Locks
 // of the library are shorter.
 constexpr Nanoseconds kShortWait = std::chrono::microseconds(100);
+
+/// As Node::create_client names it: "/arm/move" → "arm_move_timeout".
+std::string timeout_name_of(std::string name) {
+  name.erase(0, std::min(name.find_first_not_of("/~"), name.size()));
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name + "_timeout";
+}
 
 std::vector<analysis::Time> times_of(const std::vector<Nanoseconds>& distances) {
   std::vector<analysis::Time> result;
@@ -53,8 +47,33 @@ std::vector<analysis::Time> times_of(const std::vector<Nanoseconds>& distances) 
 
 // ---- Callbacks ----
 
+// The timer that a client has for requests that are not answered: the library cancels it when it
+// makes it, and its period says nothing. A user's timer counts by its period, whatever its name.
+bool ModelBuilder::is_timeout(const Entity& entity) const {
+  const auto* const timer = dynamic_cast<const Timer*>(&entity);
+  if (timer == nullptr || !timer->is_canceled() || timer->period() != std::chrono::hours(1)) {
+    return false;
+  }
+  return std::any_of(callbacks_.begin(), callbacks_.end(), [&](const auto* other) {
+    return other->entity->kind() == EntityKind::client &&
+           other->entity->group() == entity.group() &&
+           entity.name() == timeout_name_of(other->entity->name());
+  });
+}
+
+// The library's alarms and time-outs are set by something else, and simulated time may run at any
+// speed.
+bool ModelBuilder::is_periodic(const Entity& entity) const {
+  const auto* timer = dynamic_cast<const Timer*>(&entity);
+  if (timer == nullptr) return false;
+  const auto simulated = timer->clock().as_simulated();
+  if (simulated != nullptr && simulated->simulates()) return false;
+  const bool is_alarm = entity.name().find('/') != std::string::npos;  // no user's name has one
+  return !is_alarm && !is_timeout(entity);
+}
+
 // Of the slowest and the fastest CPU that its threads may use.
-std::pair<double, double> ModelBuilder::speeds_of(std::size_t executor) const {
+std::pair<double, double> ModelParts::speeds_of(std::size_t executor) const {
   const auto& speeds = description_.machine.speed;
   std::vector<double> found;
   for (const ModelledThread& thread : threads_) {
@@ -69,7 +88,7 @@ std::pair<double, double> ModelBuilder::speeds_of(std::size_t executor) const {
   return {*least, *most};
 }
 
-std::optional<Nanoseconds> ModelBuilder::said_by_component(std::size_t index) const {
+std::optional<Nanoseconds> ModelParts::said_by_component(std::size_t index) const {
   const ModelledProcess::Callback& callback = *callbacks_[index];
   const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callback.node.get());
   return component != nullptr ? component->execution_time(callback.entity->name()) : std::nullopt;
@@ -79,23 +98,23 @@ void ModelBuilder::set_execution(std::size_t index) {
   const ModelledProcess::Callback& callback = *callbacks_[index];
   analysis::Callback& described = model_.system.callbacks[index];
   SystemModel::Callback& facts = model_.callbacks[index];
-  const auto budget = callback.node->callback_parameters(*callback.entity).budget;
+  const auto budget = callback.parameters().budget;
   const std::optional<Nanoseconds> said = said_by_component(index);
-  const Nanoseconds exact = said.value_or(Nanoseconds::zero());
+  const Nanoseconds exact = said ? *said + sending(index) : Nanoseconds::zero();
   const MeasuredCallback* const seen = measured(index);
   const auto [slowest, fastest] = speeds_of(described.executor);
   // The measured ones are of a CPU of unknown speed: of the slowest, at least this is true.
-  Nanoseconds known = exact;
-  if (seen != nullptr) {
-    known = std::max(known, Nanoseconds(static_cast<Nanoseconds::rep>(
-                                static_cast<double>(seen->longest_execution.count()) * slowest)));
-  }
+  const Nanoseconds shown =
+      seen == nullptr ? Nanoseconds::zero()
+                      : Nanoseconds(static_cast<Nanoseconds::rep>(
+                            static_cast<double>(seen->longest_execution.count()) * slowest));
+  const Nanoseconds known = std::max(said.value_or(Nanoseconds::zero()), shown);
   Nanoseconds least{0}, longest{0};
   if (callback.described.execution) {
     facts.execution = Provenance::declared;
-    longest = callback.described.execution->longest;
+    longest = std::max(callback.described.execution->longest, shown);
     least = callback.described.execution->least;
-    refuse_execution_below(known, index);
+    compare_execution(said.value_or(Nanoseconds::zero()), shown, index);
   } else if (budget && *budget >= known) {
     facts.execution = Provenance::promised;
     longest = *budget;
@@ -108,12 +127,18 @@ void ModelBuilder::set_execution(std::size_t index) {
     longest = std::max(longest, exact);
   } else if (said) {
     facts.execution = Provenance::exact;
-    longest = least = exact;
+    longest = exact;
+    least = *said;
   }
   if (budget && *budget < known) {
-    granted_.push_back(
-        fmt::format("the budget of '{}', {}, is less than its execution time, {}, which counts",
-                    described.name, to_string(*budget), to_string(known)));
+    assume({.id = "budgets_hold",
+            .state = Assumption::State::refuted,
+            .text = fmt::format("the budget of {{}}, {}, is less than its execution time, {}, "
+                                "which counts",
+                                to_string(*budget), to_string(known)),
+            .name = "'" + described.name + "'",
+            .source = shown == known ? measured_source() : "its component",
+            .executor = described.executor});
   }
   if (!callback.described.publishes_at_end) least = Nanoseconds::zero();
   described.execution = std::max<analysis::Time>(
@@ -124,16 +149,39 @@ void ModelBuilder::set_execution(std::size_t index) {
   if (facts.execution != Provenance::unknown) add_waits(index);
 }
 
-// What the file declares must not be less than what is known.
-void ModelBuilder::refuse_execution_below(Nanoseconds known, std::size_t index) const {
+// What a component says of its execution is without what sending costs.
+Nanoseconds ModelBuilder::sending(std::size_t index) {
+  const MachineDescription& machine = description_.machine;
+  const ModelledProcess::Callback& callback = *callbacks_[index];
+  const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callback.node.get());
+  const auto sent = component != nullptr ? component->sends(callback.entity->name()) : std::nullopt;
+  if (!sent) return Nanoseconds::zero();
+  const auto bytes = static_cast<std::int64_t>(sent->bytes);
+  return static_cast<std::int64_t>(sent->messages) * machine.publish +
+         Nanoseconds(static_cast<Nanoseconds::rep>(
+             std::ceil(static_cast<double>(machine.publish_megabyte.count()) *
+                       static_cast<double>(bytes) / 1e6)));
+}
+
+// What the file declares must not be less than what the component says; what a run has shown
+// refutes it.
+void ModelBuilder::compare_execution(Nanoseconds said, Nanoseconds seen, std::size_t index) {
   const CallbackDescription& described = callbacks_[index]->described;
-  const std::string& name = model_.system.callbacks[index].name;
-  if (described.execution->longest < known) {
-    throw Error(fmt::format("'{}' has an execution of {}, but its component says, or a run has "
-                            "measured, {}",
-                            name, to_string(described.execution->longest), to_string(known)),
+  const analysis::Callback& callback = model_.system.callbacks[index];
+  const Nanoseconds declared = described.execution->longest;
+  if (declared < said) {
+    throw Error(fmt::format("'{}' has an execution of {}, but its component says {}", callback.name,
+                            to_string(declared), to_string(said)),
                 "write the longer one, or leave it out", described.where);
   }
+  if (declared >= seen) return;
+  assume({.id = "as_declared",
+          .state = Assumption::State::refuted,
+          .text = fmt::format("{{}} took {} in the measured run, and its `execution` is {}",
+                              to_string(seen), to_string(declared)),
+          .name = "'" + callback.name + "'",
+          .source = declared_at(described.where),
+          .executor = callback.executor});
 }
 
 // Its thread runs nothing else while it waits. Source: Chen et al.: "Many suspensions, many
@@ -162,9 +210,13 @@ void ModelBuilder::add_waits(std::size_t index) {
         callback.name);
   }
   if (stated.waits && observed > declared) {
-    granted_.push_back(
-        fmt::format("'{}' waited for {} in the measured run, its `waits` is {}; the longer counts",
-                    callback.name, to_string(observed), to_string(declared)));
+    assume({.id = "as_declared",
+            .state = Assumption::State::refuted,
+            .text = fmt::format("{{}} waited for {} in the measured run, and its `waits` is {}",
+                                to_string(observed), to_string(declared)),
+            .name = "'" + callback.name + "'",
+            .source = declared_at(stated.where),
+            .executor = callback.executor});
   }
   callback.execution += waits.count();
 }
@@ -220,19 +272,38 @@ std::optional<ArrivalDescription> ModelBuilder::stated_arrival(std::size_t index
   const ModelledProcess::Callback& callback = *callbacks_[index];
   if (callback.described.arrival) return callback.described.arrival;
   if (has_senders && !in_circle_.contains(index)) return {};
-  const auto period = callback.node->callback_parameters(*callback.entity).period;
+  const auto period = callback.parameters().period;
   if (!period || callback.entity->kind() == EntityKind::timer) return {};
   return ArrivalDescription{.period = *period};
 }
 
+// Arrivals that came closer in the measured run than they can, as the file or a timer says.
+void ModelBuilder::compare_arrivals(std::size_t index, const ArrivalCurve& promised,
+                                    const std::vector<Nanoseconds>& seen, const char* what) {
+  const analysis::Callback& callback = model_.system.callbacks[index];
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const auto least = promised.least_distance(static_cast<analysis::Count>(i) + 2);
+    if (least <= seen[i].count()) continue;
+    return assume(
+        {.id = "as_declared",
+         .state = Assumption::State::refuted,
+         .text = fmt::format("{} arrivals of {{}} came within {} in the measured run, "
+                             "but its {} allows no fewer than {}",
+                             i + 2, to_string(seen[i]), what, to_string(Nanoseconds(least))),
+         .name = "'" + callback.name + "'",
+         .source = declared_at(callbacks_[index]->described.where),
+         .executor = callback.executor});
+  }
+}
+
 ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const ArrivalDescription& arrival,
-                                             bool has_senders) const {
+                                             bool has_senders) {
   const ModelledProcess::Callback& callback = *callbacks_[index];
-  const std::string& name = model_.system.callbacks[index].name;
+  const analysis::Callback& described = model_.system.callbacks[index];
   if (is_periodic(*callback.entity)) {
     throw Error(
-        fmt::format("'{}' is a timer, which is released every {}: it has no other 'arrival'", name,
-                    to_string(callback.entity->period())),
+        fmt::format("'{}' is a timer, which is released every {}: it has no other 'arrival'",
+                    described.name, to_string(callback.entity->period())),
         "remove it", callback.described.where);
   }
   const ArrivalCurve curve =
@@ -241,18 +312,17 @@ ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const ArrivalDes
                                    arrival.least_distance.count())
           : ArrivalCurve::by_distances(times_of(arrival.distances));
   const MeasuredCallback* const seen = measured(index);
-  if (seen == nullptr || has_senders) return curve;
-  for (std::size_t i = 0; i < seen->least_distances.size(); ++i) {
-    const Nanoseconds distance = seen->least_distances[i];
-    if (curve.least_distance(static_cast<analysis::Count>(i) + 2) <= distance.count()) continue;
-    throw Error(
-        fmt::format(
-            "{} arrivals of '{}' came within {} in the measured run, but its "
-            "'{}' allows no fewer than {}",
-            i + 2, name, to_string(distance), callback.described.arrival ? "arrival" : "period",
-            to_string(Nanoseconds(curve.least_distance(static_cast<analysis::Count>(i) + 2)))),
-        "correct it", callback.described.where);
+  const char* const what = callback.described.arrival ? "'arrival'" : "'period'";
+  if (seen != nullptr) {
+    compare_arrivals(index, curve, has_senders ? seen->uncaused_distances : seen->least_distances,
+                     what);
   }
+  assume({.id = "as_declared",
+          .state = Assumption::State::unchecked,
+          .text = "what comes to {} from outside is no closer than declared",
+          .name = "'" + described.name + "'",
+          .source = declared_at(callback.described.where),
+          .executor = described.executor});
   return curve;
 }
 
@@ -264,23 +334,29 @@ std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool ha
   }
   if (in_circle_.contains(index)) return ArrivalCurve::unknown();
   const EntityKind kind = callback.entity->kind();
+  const MeasuredCallback* const seen = measured(index);
   if (kind == EntityKind::timer && is_periodic(*callback.entity)) {
-    return ArrivalCurve::periodic(callback.entity->period().count());
+    const ArrivalCurve curve = ArrivalCurve::periodic(callback.entity->period().count());
+    if (seen != nullptr) compare_arrivals(index, curve, seen->least_distances, "period");
+    return curve;
   }
   if (has_senders) return unexplained_arrivals(index);
-  const MeasuredCallback* const seen = measured(index);
   const bool is_receiver =
       kind == EntityKind::subscription || kind == EntityKind::service || kind == EntityKind::client;
   const bool may_be_called = !is_receiver || joins_dds();
   if (is_timeout(*callback.entity) && (seen == nullptr || seen->executions == 0)) {
-    granted_.push_back(fmt::format("'{}' never comes: each request is answered in time",
-                                   model_.system.callbacks[index].name));
+    assume({.id = "requests_are_answered",
+            .state = Assumption::State::unchecked,
+            .text = "{} never comes: each request is answered in time",
+            .name = "'" + model_.system.callbacks[index].name + "'",
+            .source = "nobody",
+            .executor = model_.system.callbacks[index].executor});
     return {};
   }
   if (seen == nullptr) return may_be_called ? std::optional(ArrivalCurve::unknown()) : std::nullopt;
   const auto arrivals = measured_arrivals(*seen);
-  if (!arrivals && may_be_called) {
-    not_seen_.push_back(fmt::format("something calls '{}'", model_.system.callbacks[index].name));
+  if (!arrivals && may_be_called && !is_receiver) {  // see no_other_publishers
+    assume_unseen(fmt::format("something calls '{}'", model_.system.callbacks[index].name), index);
   }
   return arrivals;
 }
@@ -325,7 +401,7 @@ void ModelBuilder::set_order(const ModelledPart& part) {
   const auto& listed = part.description->order;
   for (const std::size_t index : part.callbacks) {
     const ModelledProcess::Callback& callback = *callbacks_[index];
-    const auto parameters = callback.node->callback_parameters(*callback.entity);
+    const auto parameters = callback.parameters();
     if (parameters.overrun == OverrunPolicy::demote) executor.order = analysis::Order::arbitrary;
     const std::string name = model_.system.callbacks[index].name.substr(1);
     const auto place = std::find_if(listed.begin(), listed.end(), [&](const std::string& entry) {
@@ -333,11 +409,18 @@ void ModelBuilder::set_order(const ModelledPart& part) {
     });
     const auto group =
         groups.try_emplace(callback.entity->group().get(), static_cast<GroupId>(groups.size()));
-    infos.push_back(
+    CallbackInfo& info = infos.emplace_back(
         callback_info(*callback.node, *callback.entity,
                       {.id = static_cast<CallbackId>(infos.size()),
                        .registration = static_cast<std::uint32_t>(place - listed.begin()),
                        .group = group.first->second}));
+    if (!callback.changed) continue;
+    info.priority = parameters.priority.value_or(0);
+    info.deadline = parameters.deadline.value_or(Nanoseconds::zero());
+    info.budget = parameters.budget.value_or(Nanoseconds::zero());
+    info.criticality = parameters.criticality.value_or(info.criticality);
+    const bool is_timer = callback.entity->period() != Nanoseconds::zero();
+    if (!is_timer) info.period = parameters.period.value_or(Nanoseconds::zero());
   }
   const SchedulerTraits traits = schedulers().traits(part.scheduler);
   const std::vector<std::size_t> ranks =
@@ -381,52 +464,6 @@ void ModelBuilder::pass_on_what_is_unknown() {
   }
 }
 
-// ---- Chains ----
-
-void ModelBuilder::add_chains() {
-  for (const PlannedChain& planned : chains_) {
-    SystemModel::Chain chain{.name = planned.options.name, .deadline = planned.options.deadline};
-    for (const ChainDescription& stated : description_.chains) {
-      if (stated.options.name == chain.name) chain.allows_losses = stated.allows_losses;
-    }
-    if (measured_ != nullptr) {
-      for (const MeasuredChain& seen : measured_->chains) {
-        if (seen.name == chain.name) chain.observed = seen.longest;
-      }
-    }
-    std::vector<std::size_t> path;
-    for (const auto& [node, name] : planned.path) {
-      const auto callback =
-          std::find_if(callbacks_.begin(), callbacks_.end(),
-                       [&, &of = node, &called = name](const auto* candidate) {
-                         return candidate->node == of && candidate->entity->name() == called;
-                       });
-      path.push_back(static_cast<std::size_t>(callback - callbacks_.begin()));
-      const auto& before = path.size() > 1 ? model_.system.callbacks[path[path.size() - 2]].outputs
-                                           : std::vector<analysis::Output>{};
-      const bool is_linked =
-          path.size() == 1 || std::any_of(before.begin(), before.end(), [&](const auto& output) {
-            return output.to == path.back();
-          });
-      if (is_linked || !chain.why_not.empty()) continue;
-      if (!in_circle_.contains(path.back())) {
-        chain.why_not = fmt::format(
-            "the measured run has not shown that '{}' gets messages from "
-            "the step before it",
-            to_string(Chain::Step{node, name}));
-        continue;
-      }
-      chain.why_not = fmt::format(
-          "'{}' is on a circle of callbacks that send to each other: nothing is known "
-          "of how often they run; state its `arrival`",
-          to_string(Chain::Step{node, name}));
-    }
-    chain.index = model_.system.chains.size();
-    if (chain.why_not.empty()) model_.system.chains.push_back({chain.name, std::move(path)});
-    model_.chains.push_back(std::move(chain));
-  }
-}
-
 std::string_view to_string(Provenance provenance) noexcept {
   switch (provenance) {
     case Provenance::declared:
@@ -446,38 +483,8 @@ std::string_view to_string(Provenance provenance) noexcept {
 SystemModel make_system_model(const SystemDescription& description,
                               std::span<const PlannedChain> chains,
                               std::span<const ModelledProcess> processes,
-                              const MeasuredModel* measured) {
-  return ModelBuilder(description, chains, processes, measured).build();
-}
-
-std::string_view to_string(Verdict verdict) noexcept {
-  switch (verdict) {
-    case Verdict::unjudged:
-      return "-";
-    case Verdict::guaranteed:
-      return "guaranteed";
-    case Verdict::not_shown:
-      return "not shown";
-    case Verdict::may_lose:
-      return "may lose some";
-    case Verdict::no_bound:
-      return "no bound";
-    case Verdict::missed:
-      return "missed";
-    case Verdict::refuted:
-      break;
-  }
-  return "model refuted";
-}
-
-Verdict verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) noexcept {
-  const bool has_deadline = chain.deadline != Nanoseconds::zero();
-  if (has_deadline && chain.observed > chain.deadline) return Verdict::missed;
-  if (!bound.bound) return Verdict::no_bound;
-  if (chain.observed > *bound.bound) return Verdict::refuted;
-  if (!has_deadline) return Verdict::unjudged;
-  if (*bound.bound > chain.deadline) return Verdict::not_shown;
-  return bound.why_lossy.empty() || chain.allows_losses ? Verdict::guaranteed : Verdict::may_lose;
+                              const MeasuredModel* measured, const MachineFacts& machine) {
+  return ModelBuilder(description, chains, processes, measured, machine).build();
 }
 
 }  // namespace takt

@@ -12,6 +12,7 @@
 #include "takt/analysis/analysis.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/containers/configuration/system_description.hpp"
+#include "takt/containers/model/assumption.hpp"
 #include "takt/containers/model/measured_model.hpp"
 #include "takt/containers/planning/plan.hpp"
 
@@ -22,13 +23,41 @@ struct ModelledProcess {
   struct Callback {
     std::shared_ptr<Node> node;
     std::shared_ptr<Entity> entity;
-    std::string executor;           // the name
-    CallbackDescription described;  // by the file
+    std::string executor;                            // the name
+    CallbackDescription described;                   // by the file
+    std::optional<CallbackParameters> changed = {};  // instead of those that it has
+
+    CallbackParameters parameters() const;
+  };
+  /// Also one that has no callbacks yet.
+  struct Member {
+    std::shared_ptr<Node> node;
+    std::vector<std::string> executors;  // of its groups
+    SourceLine where;
   };
   std::string name;
   std::vector<ExecutorDescription> executors;  // as they are made
   std::vector<ThreadAttributes> threads;       // by name, those of executors
   std::vector<Callback> callbacks;
+  std::vector<Member> nodes;
+  /// A program that does more than the file says.
+  bool is_program = false;
+};
+
+/// What the caller knows of the machine that the system runs on.
+struct MachineFacts {
+  /// A real-time thread of another process.
+  struct Thread {
+    std::string name;
+    bool is_reserved = false;  // SCHED_DEADLINE
+    int priority = 0;
+    std::vector<int> cpus;
+  };
+  bool is_known = false;  // it is this one, and the rest is true
+  bool is_virtual = false;
+  std::vector<Thread> others;
+  /// The overheads of `machine:` were measured here, by so many samples; 0: the file states them.
+  std::size_t overhead_samples = 0;
 };
 
 /// Where the execution time of a callback comes from.
@@ -49,6 +78,8 @@ struct SystemModel {
     std::size_t depth = 0;      // of a subscription's queue; 0: none
     Nanoseconds period{0};      // of a timer
     std::uint64_t dropped = 0;  // in the measured run: messages, or releases of a timer
+    Nanoseconds lifespan{0};    // of its messages; 0: none
+    std::string best_effort;    // why messages to it may be lost on their way; empty: they are not
     /// Its chain instance ends if it takes longer: `overrun: abort`.
     std::optional<Nanoseconds> given_up_after;
   };
@@ -57,13 +88,14 @@ struct SystemModel {
     Nanoseconds deadline{0};  // 0: none
     Nanoseconds observed{0};  // the longest that the measured model has seen; 0: not known
     bool allows_losses = false;
-    std::string why_not;    // if it is not in the system
-    std::size_t index = 0;  // in system.chains, else
+    std::vector<Assumption> assumptions;  // of its bound, each id once
+    std::string why_not;                  // if it is not in the system
+    std::size_t index = 0;                // in system.chains, else
   };
   analysis::System system;
-  std::vector<Callback> callbacks;  // as in the system
-  std::vector<Chain> chains;        // of the file
-  std::vector<std::string> assumptions;
+  std::vector<Callback> callbacks;      // as in the system
+  std::vector<Chain> chains;            // of the file
+  std::vector<Assumption> assumptions;  // of all chains
 };
 
 /// Builds the model of the processes of a description. Execution times, in this order: the file's,
@@ -73,7 +105,8 @@ struct SystemModel {
 SystemModel make_system_model(const SystemDescription& description,
                               std::span<const PlannedChain> chains,
                               std::span<const ModelledProcess> processes,
-                              const MeasuredModel* measured = nullptr);
+                              const MeasuredModel* measured = nullptr,
+                              const MachineFacts& machine = {});
 
 /// Bounds of the chains that have one, and the reasons of the others.
 struct ModelBounds {
@@ -93,18 +126,27 @@ struct ModelBounds {
 /// what only the model knows: a chain has no bound if a queue on it may overflow.
 ModelBounds analyze(const SystemModel& model);
 
-/// The result for a chain, from its bound and the latencies that were measured.
+/// The result for a chain, from its bound, what it rests on, and the latencies that were measured.
 enum class Verdict {
-  unjudged,    // it has no deadline
-  guaranteed,  // its bound is at most its deadline, and all come through unless it allows losses
-  not_shown,   // its bound is larger; it may be in time
-  may_lose,    // in time, if it comes through
+  unjudged,     // it has no deadline
+  guaranteed,   // its bound is at most its deadline, all come through unless it allows losses, and
+                // each assumption is checked or accepted
+  bounded_if,   // the same, but for these: see missing()
+  not_shown,    // its bound is larger; it may be in time
+  not_covered,  // there is something of which no number tells
+  may_lose,     // in time, if it comes through
   no_bound,
   missed,   // a run has missed the deadline
-  refuted,  // a run took longer than the bound: the file or the measured model is wrong
+  refuted,  // a run took longer than the bound, or did what the file says does not happen
 };
 std::string_view to_string(Verdict verdict) noexcept;
-Verdict verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) noexcept;
+Verdict verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
+/// For people: "guaranteed (2 accepted)".
+std::string describe(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
+/// The assumptions that keep a bound from being a guarantee: what nobody checks or accepts, and
+/// what is refuted or not covered.
+std::vector<const Assumption*> missing(const SystemModel::Chain& chain,
+                                       const ModelBounds::Chain& bound);
 
 }  // namespace takt
 

@@ -57,10 +57,13 @@ TEST(SystemModel, APollingExecutorServesAWholeSnapshotWhateverThePriority) {
 
 // "guaranteed" stood beside an observation that was above the bound, or above the deadline.
 TEST(SystemModel, WhatWasObservedMayRefuteABound) {
-  const std::string text = trap("type: events");  // 7 ms; the deadline is 12 ms
-  MeasuredModel measured{.duration = 10s, .chains = {{.name = "c", .longest = 7ms - 1ns}}};
+  // 7 ms, and 5 ns of overheads; the deadline is 12 ms
+  const std::string text =
+      trap("type: events", "machine: {overheads: {dispatch: 1ns, wake: 1ns, publish: 1ns}}");
+  const Nanoseconds bound = *bound_of(text).bound;
+  MeasuredModel measured{.duration = 10s, .chains = {{.name = "c", .longest = bound}}};
   EXPECT_EQ(verdict_of(text, &measured), Verdict::guaranteed);
-  measured.chains[0].longest = 7ms;
+  measured.chains[0].longest = bound + 1ns;
   EXPECT_EQ(verdict_of(text, &measured), Verdict::refuted);
   measured.chains[0].longest = 12ms + 1ns;
   EXPECT_EQ(verdict_of(text, &measured), Verdict::missed);

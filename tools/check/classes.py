@@ -12,9 +12,9 @@ MOST_FIELDS = 15
 # (functions, fields) that the larger ones may have, and why. Never split one only for the number.
 EXCEPTIONS = {
     ("components/recorder.hpp", "Recorder"): (18, 16, "a component, with its parameters"),
-    ("containers/configuration/configuration_reader.hpp", "ConfigurationReader"): (68, 6, "a function for each kind of value"),
+    ("containers/configuration/configuration_reader.hpp", "ConfigurationReader"): (70, 6, "a function for each kind of value"),
     ("containers/container.hpp", "Container"): (76, 28, "the façade of a process: configure, start, load, stop, result"),
-    ("containers/model/model_builder.hpp", "ModelBuilder"): (42, 15, "a step for each part of a model"),
+    ("containers/model/model_builder.hpp", "ModelBuilder"): (37, 0, "a step for each part of a model"),
     ("entities/entity.hpp", "Entity"): (40, 12, "what executors see of every kind of entity"),
     ("executors/engine/callbacks.hpp", "Callbacks"): (35, 14, "16 of them belong to the interfaces of executor and listener"),
     ("executors/engine/dispatcher.hpp", "Dispatcher"): (31, 15, "what all parts of the engine share"),

@@ -47,6 +47,11 @@ void ConfigurationReader::read_chain(const Value& value) {
         "Whether messages on its way may be overwritten, and releases missed: `refused`, or "
         "`allowed`. `takt analyze` then says how many instances its guarantee covers.",
         into(chain.allows_losses, {{"refused", false}, {"allowed", true}})},
+       {"from",
+        "Which instances `takt analyze` speaks of: `start`, all, or `activation`, those that begin "
+        "when all components are up and what they send at the start has been served.",
+        into(chain.from_activation, {{"start", false}, {"activation", true}})},
+       {"accept", "As that of the file, for this chain.", into_accepted(chain.accepted)},
        {"path",
         "Its callbacks, as `node/callback`. You can omit steps between two callbacks if only one "
         "path connects them, and the first slash of a topic.",

@@ -20,14 +20,7 @@ void ConfigurationReader::read_machine(const Value& value) {
        {"speed", "By CPU, 1 if not given: execution times are divided by it.",
         each_in_map([this](const Value& speed) { read_speed(speed); })},
        {"overheads", "Times that Linux and Takt need besides the callbacks.",
-        [&](const Value& overheads) {
-          read_map(overheads, "overheads",
-                   {{"dispatch", "Before each callback.", into_duration(machine.dispatch, [] {})},
-                    {"wake", "To wake a sleeping thread, the most by which a timer is late.",
-                     into_duration(machine.wake, [] {})},
-                    {"switch", "From one thread to another, twice for each preemption.",
-                     into_duration(machine.change, [] {})}});
-        }},
+        [this](const Value& overheads) { read_overheads(overheads); }},
        {"rt_runtime",
         "Processor time of each second that Linux grants to the real-time threads of a CPU "
         "(`sched_rt_runtime_us`), or `unlimited`. By default, as on this machine.",
@@ -36,6 +29,27 @@ void ConfigurationReader::read_machine(const Value& value) {
         "A promise: nothing but this system runs on these CPUs. Without it, there are no bounds "
         "for threads that are not real-time ones.",
         into(machine.is_exclusive)}});
+}
+
+void ConfigurationReader::read_overheads(const Value& value) {
+  MachineDescription& machine = system_.machine;
+  const auto publishing = [&](const Value& map) {
+    read_map(map, "a publishing overhead",
+             {{"message", "For each message.", into_duration(machine.publish, [] {}), true},
+              {"megabyte", "For each megabyte of it, besides. By default, 0.",
+               into_duration(machine.publish_megabyte, [] {})}});
+  };
+  read_map(value, "overheads",
+           {{"dispatch", "Before each callback.", into_duration(machine.dispatch, [] {})},
+            {"wake", "To wake a sleeping thread, the most by which a timer is late.",
+             into_duration(machine.wake, [] {})},
+            {"switch",
+             "From one thread to another: once for each that wakes, and twice for each preemption.",
+             into_duration(machine.change, [] {})},
+            {"publish",
+             "To send a message, for callbacks whose execution time the component itself says; "
+             "measured and declared times have it in them.",
+             either(into_duration(machine.publish, [] {}), publishing)}});
 }
 
 // A thread whose CPUs the machine does not have would be analysed on one that nobody described.

@@ -73,6 +73,18 @@ json observed_json(const MeasuredChain* observed) {
           {"max", rt::us(observed->longest)}};
 }
 
+json assumption_json(const Assumption& assumption) {
+  const AssumptionKind* const kind = assumption_kind(assumption.id);
+  const auto text = [](std::string_view of) { return of.empty() ? json() : json(of); };
+  return {{"id", assumption.id},
+          {"text", assumption.text},
+          {"source", assumption.source},
+          {"state", to_string(assumption.state)},
+          {"check", kind != nullptr ? text(kind->check) : json()},
+          {"remedy", kind != nullptr ? text(kind->remedy) : json()},
+          {"accepted", text(assumption.accepted)}};
+}
+
 json chain_json(const AnalyzedFile& file, std::size_t index) {
   const SystemModel::Chain& chain = file.model.chains[index];
   const ModelBounds::Chain& bound = file.bounds.chains[index];
@@ -85,7 +97,15 @@ json chain_json(const AnalyzedFile& file, std::size_t index) {
               {"reason", bound.why_not.empty() ? json() : json(bound.why_not)},
               {"covers_one_of", bound.bound && bound.one_of != 0 ? json(bound.one_of) : json()},
               {"losses", bound.why_lossy.empty() ? json() : json(bound.why_lossy)},
+              {"assumptions", json::array()},
+              {"missing", json::array()},
               {"segments", json::array()}};
+  for (const Assumption& assumption : chain.assumptions) {
+    result["assumptions"].push_back(assumption_json(assumption));
+  }
+  for (const Assumption* assumption : missing(chain, bound)) {
+    result["missing"].push_back(assumption->id);
+  }
   if (found(file, index) == nullptr) return result;
   for (const analysis::SegmentBound& segment : found(file, index)->segments) {
     json callbacks = json::array(), methods = json::array();
@@ -123,6 +143,27 @@ json callback_json(const AnalyzedFile& file, std::size_t index) {
           {"depth", facts.depth == 0 ? json() : json(facts.depth)}};
 }
 
+/// What keeps the bound of a chain from being a guarantee, and what would change that.
+void print_missing(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
+  rt::print("{} is {}\n", chain.name, to_string(verdict(chain, bound)));
+  if (bound.bound && chain.observed > *bound.bound) {
+    rt::print("  {} took {} ms in the measured run, its bound is {} ms: one of these is not so\n",
+              chain.name, ms(chain.observed.count()), ms(bound.bound->count()));
+  }
+  for (const Assumption* const assumption : missing(chain, bound)) {
+    const bool is_covered = assumption->state != Assumption::State::not_covered;
+    rt::print("  {}: {} ({})\n", assumption->id, assumption->text,
+              is_covered && assumption->source == "nobody" ? "nobody says so" : assumption->source);
+    const AssumptionKind* const kind = assumption_kind(assumption->id);
+    if (kind == nullptr) continue;
+    const bool may_accept = assumption->state == Assumption::State::unchecked;
+    if (!may_accept && kind->remedy.empty()) continue;
+    const std::string accept = fmt::format("`accept: {{{}: 'why it holds'}}`", assumption->id);
+    rt::print("    → {}{}{}\n", kind->remedy, may_accept && !kind->remedy.empty() ? "; or " : "",
+              may_accept ? accept : "");
+  }
+}
+
 void print_chains(const AnalyzedFile& file) {
   Table chains(
       {"chain", "deadline_ms", "p99.9_ms", "max_ms", "bound_ms", "verdict", "by", "rests on"});
@@ -131,13 +172,13 @@ void print_chains(const AnalyzedFile& file) {
     const ModelBounds::Chain& bound = file.bounds.chains[i];
     const analysis::ChainBound* const details = found(file, i);
     const MeasuredChain* const observed = file.observed(chain);
-    chains.add(
-        {chain.name, chain.deadline == Nanoseconds::zero() ? "-" : ms(chain.deadline.count()),
-         observed != nullptr ? ms(observed->p999.count()) : "-",
-         observed != nullptr ? ms(observed->longest.count()) : "-",
-         bound.bound ? ms(bound.bound->count()) : "-",
-         std::string(to_string(verdict(chain, bound))), bound.bound ? by(file, *details) : "-",
-         details != nullptr ? rests_on(file, callbacks_of(*details)) : "-"});
+    chains.add({chain.name,
+                chain.deadline == Nanoseconds::zero() ? "-" : ms(chain.deadline.count()),
+                observed != nullptr ? ms(observed->p999.count()) : "-",
+                observed != nullptr ? ms(observed->longest.count()) : "-",
+                bound.bound ? ms(bound.bound->count()) : "-", describe(chain, bound),
+                bound.bound ? by(file, *details) : "-",
+                details != nullptr ? rests_on(file, callbacks_of(*details)) : "-"});
   }
   chains.print(
       "chains: from the release of the first callback to the end of the last one (p99.9 and max as "
@@ -149,6 +190,7 @@ void print_chains(const AnalyzedFile& file) {
     if (found == Verdict::missed || found == Verdict::refuted || found == Verdict::may_lose) {
       rt::print("{} {}\n", chain.name, why_not_guaranteed(chain, bound));
     }
+    if (found == Verdict::bounded_if || found == Verdict::not_covered) print_missing(chain, bound);
     if (found == Verdict::guaranteed && !bound.why_lossy.empty()) {
       rt::print("{} is guaranteed for {}: {}\n", chain.name,
                 bound.one_of == 0 ? "the instances that come through, however few"
@@ -222,7 +264,8 @@ void print_summary(const AnalyzedFile& file) {
 }  // namespace
 
 json analysis_json(const AnalyzedFile& file) {
-  json chains = json::array(), callbacks = json::array();
+  json chains = json::array(), callbacks = json::array(), assumptions = json::array();
+  for (const Assumption& each : file.model.assumptions) assumptions.push_back(each.text);
   for (std::size_t i = 0; i < file.model.chains.size(); ++i) chains.push_back(chain_json(file, i));
   for (std::size_t i = 0; i < file.model.callbacks.size(); ++i) {
     callbacks.push_back(callback_json(file, i));
@@ -232,7 +275,7 @@ json analysis_json(const AnalyzedFile& file) {
           {"guaranteed", file.is_all_guaranteed()},
           {"chains", std::move(chains)},
           {"callbacks", std::move(callbacks)},
-          {"assumptions", file.model.assumptions}};
+          {"assumptions", std::move(assumptions)}};
 }
 
 void print_analysis(const AnalyzedFile& file) {
@@ -241,7 +284,14 @@ void print_analysis(const AnalyzedFile& file) {
   print_callbacks(file);
   rt::print("assumptions\n");
   for (std::size_t i = 0; i < file.model.assumptions.size(); ++i) {
-    rt::print("  {}  {}\n", i + 1, file.model.assumptions[i]);
+    const Assumption& each = file.model.assumptions[i];
+    const AssumptionKind* const kind = assumption_kind(each.id);
+    const bool is_checked =
+        each.state == Assumption::State::checked && kind != nullptr && !kind->check.empty();
+    const std::string state = is_checked               ? fmt::format("checked {}", kind->check)
+                              : !each.accepted.empty() ? "accepted: " + each.accepted
+                                                       : std::string(to_string(each.state));
+    rt::print("  {}  {}: {} ({}; {})\n", i + 1, each.id, each.text, each.source, state);
   }
 }
 

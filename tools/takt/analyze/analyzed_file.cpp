@@ -8,6 +8,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "takt/base/available_cpus.hpp"
+#include "takt/measuring/machine.hpp"
+
+#include "analyze/overheads.hpp"
+#include "model/extraction.hpp"
 #include "run/constructor_exit.hpp"
 #include "table.hpp"
 
@@ -78,6 +83,60 @@ std::string why_latencies_differ(const AnalyzedFile& file, const ContainerOverri
   return {};
 }
 
+/// A machine without what changes from minute to minute.
+std::string lasting(const std::string& machine) {
+  return machine.substr(0, machine.find(", load average"));
+}
+
+/// In what the model is of another machine or of other components; empty: in nothing.
+std::string why_it_is_from_elsewhere(const MeasuredModel& model, const AnalyzedFile& file) {
+  std::vector<std::string> differences;
+  const std::string here = lasting(rt::machine_line());
+  if (model.machine.empty()) {
+    differences.emplace_back("the model does not say on which machine");
+  } else if (!file.machine.is_known) {
+    differences.push_back(fmt::format("it is of '{}', and `machine: cpus` names another one",
+                                      lasting(model.machine)));
+  } else if (lasting(model.machine) != here) {
+    differences.push_back(
+        fmt::format("it is of '{}', and this is '{}'", lasting(model.machine), here));
+  }
+  if (file.program != nullptr) return fmt::format("{}", fmt::join(differences, "; "));
+  if (model.components.empty()) {
+    differences.emplace_back("the model does not say of which builds");
+    return fmt::format("{}", fmt::join(differences, "; "));
+  }
+  const std::vector<MeasuredComponent> now = components_of(file.system);
+  if (now.size() != file.system.components.size()) {
+    differences.emplace_back("a library cannot be read");
+  }
+  for (const MeasuredComponent& component : now) {
+    const auto seen =
+        std::find_if(model.components.begin(), model.components.end(),
+                     [&](const MeasuredComponent& other) { return other.node == component.node; });
+    if (seen != model.components.end() && seen->digest == component.digest) continue;
+    differences.push_back(
+        fmt::format("'{}' had another library, class or parameters", component.node));
+  }
+  return fmt::format("{}", fmt::join(differences, "; "));
+}
+
+/// This machine, if the system is for its CPUs.
+MachineFacts facts_of_machine(const SystemDescription& system) {
+  MachineFacts facts{.is_known = true, .is_virtual = rt::is_virtual()};
+  for (const int cpu : system.machine.cpus) {
+    const auto& here = usable_cpus();
+    if (std::find(here.begin(), here.end(), cpu) == here.end()) return {};
+  }
+  for (const rt::Neighbour& other : rt::realtime_neighbours()) {
+    facts.others.push_back({.name = other.name,
+                            .is_reserved = other.policy == "SCHED_DEADLINE",
+                            .priority = other.priority,
+                            .cpus = other.affinity});
+  }
+  return facts;
+}
+
 /// Marks what the model does not fit.
 void compare_with_model(AnalyzedFile& file, const ContainerOverrides& overrides) {
   MeasuredModel& model = *file.measured;
@@ -89,6 +148,7 @@ void compare_with_model(AnalyzedFile& file, const ContainerOverrides& overrides)
     file.system.notes.push_back(fmt::format("the model was measured with '{}', not with '{}'",
                                             model.file, file.system.file));
   }
+  model.differs = why_it_is_from_elsewhere(model, file);
   const std::string why = why_latencies_differ(file, overrides);
   if (why.empty()) return;
   model.chains.clear();
@@ -112,8 +172,6 @@ void remember_cpus(const std::vector<ThreadDescription>& from, std::vector<Threa
 /// Finds the nodes of a program.
 auto stand_ins(AnalyzedFile& file, const nlohmann::json& nodes) {
   file.program = std::make_shared<ProgramNodes>(nodes, file.system);
-  file.system.notes.push_back(
-      "requests to the nodes' parameter services are not counted: assume that none come");
   for (const std::string& other : file.program->others()) {
     file.system.notes.push_back(
         fmt::format("'{}' is not in the file: the program's own executors serve it, which are not "
@@ -135,6 +193,8 @@ AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options
   AnalyzedFile file{.system = read_system(path, options.settings)};
   const std::string& model = options.model.empty() ? file.system.model : options.model;
   if (!model.empty()) file.measured = read_measured_model(model);
+  file.machine = facts_of_machine(file.system);
+  if (options.measures_overheads) measure_overheads(file.system.machine, file.machine);
   ContainerOverrides overrides = options.overrides;
   overrides.on_making = reports_exit().on_making;
   if (!options.nodes.is_null()) overrides.find_node = stand_ins(file, options.nodes);
@@ -145,6 +205,7 @@ AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options
     if (!file.system.machine.cpus.empty()) forget_cpus(process.threads);
     file.containers.push_back(std::make_unique<Container>(process, overrides));
     file.processes.push_back(file.containers.back()->modelled());
+    file.processes.back().is_program = file.program != nullptr;
     remember_cpus(threads, file.processes.back().threads);
     for (const auto& callback : file.processes.back().callbacks) {
       if (nodes.empty() || nodes.back() != callback.node) nodes.push_back(callback.node);
@@ -155,7 +216,7 @@ AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options
   if (!errors.empty()) throw ConfigurationError(errors);
   if (file.measured) compare_with_model(file, options.overrides);
   file.model = make_system_model(file.system, file.chains, file.processes,
-                                 file.measured ? &*file.measured : nullptr);
+                                 file.measured ? &*file.measured : nullptr, file.machine);
   const auto begin = std::chrono::steady_clock::now();
   file.bounds = analyze(file.model);
   file.analysis_time = std::chrono::steady_clock::now() - begin;
@@ -169,10 +230,21 @@ std::string why_not_guaranteed(const SystemModel::Chain& chain, const ModelBound
       return fmt::format("took {} in the measured run, its deadline is {}", ms(chain.observed),
                          ms(chain.deadline));
     case Verdict::refuted:
+      for (const Assumption* assumption : missing(chain, bound)) {
+        if (assumption->state == Assumption::State::refuted) return assumption->text;
+      }
       return fmt::format(
           "took {} in the measured run, its bound is {}: what the file says, or the "
-          "model, is not true",
+          "model, is not true; `--overheads measure`, or measure longer",
           ms(chain.observed), ms(*bound.bound));
+    case Verdict::not_covered:
+    case Verdict::bounded_if: {
+      std::vector<std::string> parts;
+      for (const Assumption* assumption : missing(chain, bound)) {
+        parts.push_back(fmt::format("{} ({})", assumption->id, assumption->text));
+      }
+      return fmt::format("is {} {}", to_string(verdict(chain, bound)), fmt::join(parts, ", "));
+    }
     case Verdict::may_lose:
       return fmt::format(
           "is in time, but not every instance comes through: {}; `losses: allowed` "

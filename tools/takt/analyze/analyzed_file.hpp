@@ -22,6 +22,7 @@ struct AnalyzedFile {
   std::shared_ptr<const ProgramNodes> program;
   std::vector<std::unique_ptr<Container>> containers;
   std::optional<MeasuredModel> measured;
+  MachineFacts machine;
   std::vector<PlannedChain> chains;
   std::vector<ModelledProcess> processes;
   SystemModel model;
@@ -41,6 +42,7 @@ struct AnalyzeOptions {
   ContainerOverrides overrides;  // executor and scheduler
   Settings settings;             // instead of what the file says
   nlohmann::json nodes;          // of nodes_of_program; null: the file has components
+  bool measures_overheads = false;
 };
 
 /// Throws Error for a bad file.

@@ -93,8 +93,9 @@ void Search::analyse(const std::string& change) {
     return;
   }
   ++tried_;
-  const SystemModel model = make_system_model(file_.system, file_.chains, processes_,
-                                              file_.measured ? &*file_.measured : nullptr);
+  const SystemModel model =
+      make_system_model(file_.system, file_.chains, processes_,
+                        file_.measured ? &*file_.measured : nullptr, file_.machine);
   const ModelBounds bounds = analyze(model);
   longest_ = std::max<Nanoseconds>(longest_, SteadyClock::now() - begin);
   const Score reached = score(model, bounds);

@@ -25,7 +25,7 @@ namespace {
 using nlohmann::json;
 
 struct Options {
-  std::string file, explained, sweep, report, json, suggest, placement = "file";
+  std::string file, explained, sweep, report, json, suggest, overheads, placement = "file";
   bool allows_unbounded = false;
   AnalyzeOptions how;
 };
@@ -68,6 +68,7 @@ json print_suggestions(const AnalyzedFile& file, Nanoseconds most, bool prints) 
 
 void run(Options options) {
   options.how.overrides.placement = parse_placement(options.placement);
+  options.how.measures_overheads = !options.overheads.empty();
   if (!options.report.empty()) check_report(options.report);
   if (!program_words().empty()) {
     read_system(options.file, options.how.settings);  // its errors are not the program's
@@ -117,6 +118,11 @@ void set_up(CLI::App* command) {
   placement_option(command, options->placement);
   command->add_option("--scheduler", options->how.overrides.scheduler,
                       "As for `takt run` (see: takt list schedulers)");
+  command
+      ->add_option("--overheads", options->overheads,
+                   "`measure`: measures in two seconds what Linux and Takt need on this machine, "
+                   "instead of `machine: overheads`")
+      ->check(CLI::IsMember({"measure"}));
   command->add_option("--explain", options->explained,
                       "Shows how the bound of this chain comes about");
   command->add_option("--sweep", options->sweep,
@@ -130,7 +136,7 @@ void set_up(CLI::App* command) {
   add_output(*command, "--report", options->report, "Also write an HTML page with a figure");
   add_output(*command, "--json", options->json, "Also write the results as JSON; - for stdout");
   command->footer(
-      "Exit 0: there are chains, and each has a deadline and meets it for sure.\n"
+      "Exit 0: there are chains, and each has a deadline and meets it for sure: `guaranteed`.\n"
       "With -- PROGRAM [ARGUMENT]... FILE is the TAKT_CONFIG of a program written for rclcpp, "
       "which\n"
       "is started until it spins.\n"

@@ -1,5 +1,6 @@
 // takt model: from traces to a model of execution times and arrivals.
 // SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -34,12 +35,32 @@ void check_files(const std::vector<Trace>& traces, const std::vector<std::string
   }
 }
 
+/// What the components of the measured system are, unless one may have changed since: a library
+/// that is newer than the trace.
+std::vector<MeasuredComponent> components_then(const std::string& file, const std::string& trace) {
+  std::error_code failed;
+  if (!std::filesystem::exists(file, failed)) return {};  // of a program, or moved
+  SystemDescription system;
+  try {
+    system = read_system(file);
+  } catch (const Error&) {
+    return {};
+  }
+  const auto recorded = std::filesystem::last_write_time(trace, failed);
+  for (const ComponentDescription& component : system.components) {
+    const auto built = std::filesystem::last_write_time(component.library, failed);
+    if (!failed && built > recorded) return {};
+  }
+  return components_of(system);
+}
+
 void run(const Options& options) {
   std::vector<Trace> traces;
   for (const std::string& path : options.traces) traces.push_back(read_trace(path));
   check_files(traces, options.traces);
   MeasuredModel model = extract_model(traces);
   model.margin = options.margin;
+  if (!traces.empty()) model.components = components_then(model.file, options.traces.front());
   if (!options.model.empty()) write_measured_model(model, options.model);
   if (!options.json.empty()) write_json(model_json(model), options.json);
   if (options.json == "-") return;

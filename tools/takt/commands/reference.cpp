@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/containers/model/assumption.hpp"
+#include "takt/containers/model/coverage.hpp"
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
@@ -114,13 +116,54 @@ std::string configuration_reference() {
   return page;
 }
 
+std::string guarantees_reference() {
+  std::string page =
+      "# What a guarantee rests on\n\n"
+      "`takt reference guarantees` makes this page of the tables that `takt analyze` uses. What "
+      "the "
+      "verdicts are:\n[takt analyze](command_line.md#takt-analyze-file); how the bounds come "
+      "about: "
+      "[bounds](../explanation/analysis.md).\n\n"
+      "## Assumptions\n\n"
+      "A chain is `guaranteed` if each of its assumptions is checked, or accepted in the file: "
+      "`accept: {ID: 'why it holds'}`,\nat its top or in a chain. What a run, a component or this "
+      "machine refutes cannot be accepted.\n\n"
+      "| id | what is assumed | when Takt looks | what makes it needless |\n|---|---|---|---|\n";
+  for (const AssumptionKind& kind : assumption_kinds()) {
+    const auto or_dash = [](std::string_view text) { return text.empty() ? "–" : text; };
+    page += fmt::format("| `{}` | {} | {} | {} |\n", kind.id, kind.meaning, or_dash(kind.check),
+                        or_dash(kind.remedy));
+  }
+  page +=
+      "\n## What counts, and how\n\n"
+      "All that a file, a node, a thread and a measured run can say, and all that can change while "
+      "a "
+      "system runs. A chain\nwith something that is **not covered** has no guarantee, and `takt "
+      "analyze` names it with its line. So is each key that a library\nbrings.\n";
+  std::string_view before;
+  for (const CoverageEntry& entry : coverage_table()) {
+    if (entry.of != before) page += fmt::format("\n### {}\n\n", entry.of);
+    before = entry.of;
+    const char* const how = entry.coverage == Coverage::used         ? "used"
+                            : entry.coverage == Coverage::irrelevant ? "cannot matter"
+                                                                     : "**not covered**";
+    page += fmt::format("- `{}`: {}: {}\n", entry.fact, how, entry.why);
+  }
+  return page;
+}
+
 void set_up(CLI::App* command) {
   const auto page = std::make_shared<std::string>();
-  one_of(command->add_option("PAGE", *page, "config: the keys of configuration files, as Markdown")
+  one_of(command
+             ->add_option("PAGE", *page,
+                          "config: the keys of configuration files, as Markdown; guarantees: what "
+                          "those of takt analyze rest on")
              ->required(),
-         {"config"});
+         {"config", "guarantees"});
   command->footer("Example:\n  takt reference config > docs/reference/configuration.md\n");
-  command->callback([page] { rt::print("{}", configuration_reference()); });
+  command->callback([page] {
+    rt::print("{}", *page == "config" ? configuration_reference() : guarantees_reference());
+  });
 }
 const Command registered("reference", "Generates pages of the documentation from the code", set_up);
 

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "takt/containers/configuration/system_description.hpp"
 #include "takt/containers/model/measured_model.hpp"
 
 #include "run/trace.hpp"
@@ -18,6 +19,9 @@ namespace takt::tools {
 /// arrivals of all. Where a trace has lost executions or a queue messages, nothing is concluded
 /// from what came before about what came after.
 MeasuredModel extract_model(std::span<const Trace> traces);
+
+/// What each component of a system is now: its class, its library, its parameters.
+std::vector<MeasuredComponent> components_of(const SystemDescription& system);
 
 /// Writes what read_measured_model reads. Throws Error if the file cannot be written.
 void write_measured_model(const MeasuredModel& model, const std::string& path);

@@ -86,6 +86,9 @@ ordered_json document(const MeasuredModel& model) {
                                           {"scheduler", executor.scheduler},
                                           {"callbacks", executor.callbacks}};
   }
+  for (const MeasuredComponent& component : model.components) {
+    result["components"][component.node] = component.digest;
+  }
   for (const MeasuredChain& chain : model.chains) result["chains"][chain.name] = document(chain);
   result["callbacks"] = ordered_json::object();
   for (const MeasuredCallback& callback : model.callbacks) {

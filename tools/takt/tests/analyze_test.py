@@ -17,7 +17,16 @@ from checks import check, environment, finish  # noqa: E402
 
 takt = os.path.abspath(sys.argv[1])
 
-ROBOT = """
+# What nobody checks on this machine is accepted, so that the verdicts are about the rest.
+ACCEPTED = """accept:
+  host_not_shared: a test
+  no_page_faults: a test
+  overheads_are_zero: a test
+  as_measured: a test
+  not_seen: a test
+  nothing_else_runs: of other tests
+"""
+ROBOT = ACCEPTED + """
 threads:
   control: {policy: SCHED_FIFO, priority: 80, affinity: [0]}
   rest: {policy: SCHED_FIFO, priority: 40, affinity: [0]}
@@ -58,6 +67,24 @@ with tempfile.TemporaryDirectory() as folder:
     status, output, errors = run(robot)
     check("a guarantee", status == 0 and re.search(r"^sense +20.000 .* guaranteed ", output, re.M), status, output, errors)
 
+    # It was guaranteed by what nobody had checked, and ended with 0.
+    bare = write("bare.yaml", ROBOT.replace("DEADLINE", "20ms").replace(ACCEPTED, ""))
+    status, output, errors = run(bare, "--suggest", "off")
+    check("bounded if", status == 1 and re.search(r"^sense is bounded if$", output, re.M) and
+          "  overheads_are_zero: these take no time: " in output and "accept: {overheads_are_zero: 'why it holds'}" in output,
+          status, output, errors)
+    check("bounded if is allowed", run(bare, "--allow-unbounded", "--suggest", "off")[0] == 0)
+    document = json.loads(run(bare, "--json", "-")[1])["chains"][0]
+    check("what is missing", document["verdict"] == "bounded if" and "overheads_are_zero" in document["missing"] and
+          all(each["accepted"] is None for each in document["assumptions"]), document)
+    measured = run(bare, "--overheads", "measure", "--json", "-")
+    chain = json.loads(measured[1])["chains"][0]
+    check("overheads measured here", "overheads_are_zero" not in chain["missing"] and
+          any(each["id"] == "as_measured" and "measured here, n = 1000" in each["source"] for each in chain["assumptions"]),
+          measured)
+    status, output, errors = run(write("wrong_id.yaml", ROBOT.replace("DEADLINE", "20ms").replace("not_seen", "not_sen")))
+    check("an unknown assumption", status == 2 and "did you mean 'not_seen'" in errors, status, output, errors)
+
     late = write("late.yaml", ROBOT.replace("DEADLINE", "3ms"))
     status, output, errors = run(late)
     check("not shown", status == 1 and " not shown " in output and "what would help" in output, status, output, errors)
@@ -83,12 +110,13 @@ with tempfile.TemporaryDirectory() as folder:
 
     # Takt makes executors and threads from the chains; these have real-time priorities, too.
     planned = write("planned.yaml", re.sub(r" +executor: \w+\n", "", ROBOT.replace("DEADLINE", "20ms"))
-                    .replace(ROBOT[:ROBOT.index("container:")], "\n"))
+                    .replace(ROBOT[len(ACCEPTED):ROBOT.index("container:")], "\n"))
     status, output, errors = run(planned, "--suggest", "off")
     check("planned executors", output.startswith("1 chain: 1 with a bound"), status, output, errors)
 
     # A file for a machine with more CPUs was refused.
-    elsewhere = write("elsewhere.yaml", "machine: {cpus: [64, 65]}\n" + ROBOT.replace("DEADLINE", "20ms")
+    elsewhere = write("elsewhere.yaml", "machine: {cpus: [64, 65]}\n" + ROBOT.replace(
+        ACCEPTED, ACCEPTED + "  rt_runtime_as_here: a test\n").replace("DEADLINE", "20ms")
                       .replace("affinity: [0]", "affinity: [65]"))
     status, output, errors = run(elsewhere)
     check("a machine of its own", status == 0 and " guaranteed " in output, status, output, errors)
@@ -129,6 +157,13 @@ with tempfile.TemporaryDirectory() as folder:
     check("and shows what was observed", observed["instances"] > 10 and observed["p50"] <= observed["max"], output)
     check("and what it took for granted", any("no arrivals are closer" in text for text in document["assumptions"]), output)
     # Both stood beside "guaranteed".
+    # Without overheads, it is these that a longer run refutes.
+    slow = write("slow.model.yaml", "callbacks: {}\nchains: {sense: {instances: 1, max: 19ms}}\n")
+    status, output, errors = run(robot, "--model", slow)
+    check("overheads are refuted", status == 1 and " bounded if " in output and
+          "sense took 19.000 ms in the measured run, its bound is " in output, status, output, errors)
+    robot = write("robot.yaml", "machine: {overheads: {dispatch: 1ns, wake: 1ns, switch: 1ns, publish: 1ns}}\n" +
+                  ROBOT.replace("DEADLINE", "20ms").replace(ACCEPTED, ACCEPTED + "  as_declared: a test\n"))
     bound = json.loads(run(robot, "--json", "-")[1])["chains"][0]["bound_us"]
     for longest, verdict, words in [
             ("20.1ms", "missed", "took 20.100 ms in the measured run, its deadline is 20.000 ms"),

@@ -83,9 +83,10 @@ STEPS = [
     ("takt run robot.yaml --duration 2", 2, r"has no unit"),
     ("takt run robot.yaml --executor evnts", 2, r"did you mean 'events'"),
     ("takt run robot.yaml --executor multi_threaded --duration 1s", 0, r"^fast +/lidar +scan_timer"),
-    ("takt run robot.yaml --duration 1s --trace trace.json", 0, r"/motor +points"),
+    ("takt run robot.yaml --duration 3s --trace trace.json", 0, r"/motor +points"),
     ("takt model trace.json -o model.yaml", 0, r"/filter"),
-    ("takt analyze robot.yaml --model model.yaml", (0, 1), r"drive"),
+    # On a machine that others use, a run may also have missed the deadline, or been longer than its bound: each has a next step.
+    ("takt analyze robot.yaml --model model.yaml", 1, r"^drive is bounded if\n(.*\n)+ +→ |^drive took .* measure longer|^drive took .* its deadline"),
     ("Which executor is best?", "A difference that is real is said so; below six repeats there is no verdict."),
     ("takt compare robot.yaml --executors file,multi_threaded --repeat 6 --duration 300ms", 0, r"multi_threaded"),
     ("takt compare robot.yaml --report robot.pdf", 2, r"\.html"),
@@ -115,7 +116,7 @@ STEPS = [
     ("takt node list", 0, r"no node"),
 ]
 # Words that no user has typed or can do anything with.
-INTERNAL = re.compile(r"std::|CLI::|CLI11|nlohmann|json\.exception|terminate called|basic_string|Traceback|\.[ch]pp\b|dds_\w+|"
+INTERNAL = re.compile(r"std::|CLI::|CLI11|nlohmann|json\.exception|terminate called|basic_string|Traceback|\.[ch]pp\b|dds_(?!threads_elsewhere)\w+|"
                       r"0x[0-9a-f]{6}|[Aa]ssert|core dumped|errno|YAML::|yaml-cpp|No such process")
 # A sign of life is due after two seconds. More is of a machine that has other things to do.
 MOST_SILENCE = 6

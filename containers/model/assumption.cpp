@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/model/assumption.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace takt {
+namespace {
+
+constexpr std::array kKinds{
+    AssumptionKind{"as_declared", "what the file states, and no run has shown, is so", "",
+                   "measure it: `takt run --trace`, `takt model`, `--model`"},
+    AssumptionKind{"as_measured", "nothing is worse than in the measured run, and its margin", "",
+                   "measure longer and under the worst load, then accept it"},
+    AssumptionKind{"budgets_hold", "no execution is longer than its `budget`",
+                   "while it runs: each overrun is counted and reported", ""},
+    AssumptionKind{
+        "dds_threads_elsewhere",
+        "the threads of DDS, and Takt's own, need no time on the CPUs of callbacks", "",
+        "give threads that run callbacks SCHED_FIFO; bind the other ones (`affinity`) to "
+        "other CPUs"},
+    AssumptionKind{"host_not_shared", "the host takes no CPU away from this virtual machine", "",
+                   "use a machine that is not virtual"},
+    AssumptionKind{"model_from_elsewhere",
+                   "what was measured on another machine or build is so here", "",
+                   "measure here: `takt run --trace`, `takt model`"},
+    AssumptionKind{"no_other_publishers",
+                   "nobody outside of the file sends to the topics and services of its callbacks",
+                   "", "`dds: {discovery: \"off\"}`, if nobody shall"},
+    AssumptionKind{"no_page_faults", "memory of the process stays where it is", "",
+                   "`memory: {lock: true}`"},
+    AssumptionKind{"not_seen", "what the measured run has not shown never happens", "",
+                   "measure a run in which it happens, or declare it"},
+    AssumptionKind{"nothing_else_runs",
+                   "no thread outside of the file runs on its CPUs before those of callbacks",
+                   "when it is analysed, for real-time threads", ""},
+    AssumptionKind{"nothing_is_changed",
+                   "no container gets another component, and no callback other parameters", "",
+                   "name the model in the file (`model`): then a container refuses what takes a "
+                   "guarantee away; of several processes, it does not know the others"},
+    AssumptionKind{"overheads_are_zero", "Linux and Takt need no time besides that of callbacks",
+                   "",
+                   "`--overheads measure`, a model of a longer run, or `machine: {overheads: "
+                   "{dispatch: …, wake: …, switch: …, publish: …}}`"},
+    AssumptionKind{"realtime_granted", "Linux gives all threads their policies and priorities",
+                   "at the start: `takt run` says what is refused, and fails", ""},
+    AssumptionKind{"requests_are_answered", "each request is answered in time", "",
+                   "measure a run, or give the client's callback an `arrival`"},
+    AssumptionKind{"rt_runtime_as_here", "Linux throttles real-time threads as on this machine",
+                   "when it is analysed", "`machine: {rt_runtime: …}`"},
+    AssumptionKind{"start_is_over", "the start is over: its bursts and constructors do not count",
+                   "", "`from: activation` in the chain"},
+    AssumptionKind{"times_scale_with_speed",
+                   "execution times are those of one CPU divided by the speed of another", "",
+                   "measure on the CPUs themselves, and leave out `machine: speed`"},
+};
+
+}  // namespace
+
+std::string_view to_string(Assumption::State state) noexcept {
+  switch (state) {
+    case Assumption::State::checked:
+      return "checked";
+    case Assumption::State::unchecked:
+      return "unchecked";
+    case Assumption::State::refuted:
+      return "refuted";
+    case Assumption::State::not_covered:
+      break;
+  }
+  return "not covered";
+}
+
+std::span<const AssumptionKind> assumption_kinds() {
+  return kKinds;
+}
+
+const AssumptionKind* assumption_kind(std::string_view id) noexcept {
+  const auto* const found = std::find_if(kKinds.begin(), kKinds.end(),
+                                         [&](const AssumptionKind& kind) { return kind.id == id; });
+  return found != kKinds.end() ? found : nullptr;
+}
+
+}  // namespace takt

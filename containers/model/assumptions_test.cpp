@@ -1,0 +1,364 @@
+// What nobody checks, what is refuted, and what no number tells: none of it is guaranteed.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/containers/component.hpp"
+#include "takt/containers/model/bound_of_test.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
+
+namespace takt::test {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+/// All that a file can say so that nothing is left to assume: one timer of 1 ms in each 10 ms.
+constexpr const char* kComplete = R"(
+realtime: require
+memory: {lock: true}
+machine: {overheads: {dispatch: 5us, wake: 50us, switch: 5us, publish: 5us}, rt_runtime: 950ms}
+accept: {as_declared: 'of the data sheet'}
+)";
+
+struct File {
+  std::string top = kComplete, threads, dds, component = "takt::Workload", callbacks, parameters,
+              more, chain;
+
+  std::string text() const {
+    return top + dds + R"(
+threads:
+  main_cpu: {policy: SCHED_FIFO, priority: 50, affinity: [0]}
+)" + threads +
+           R"(
+executors: {default: {type: events, threads: [main_cpu]}}
+chains: [{name: c, deadline: 5ms, path: [y/y_timer])" +
+           chain + R"(}]
+container:
+  name: assumed
+  components:
+    - component: takt::Workload
+      name: y
+      executor: default
+      parameters: {publishers: {topic: ["y"], period_us: [10000], work_us: [1000]}}
+)" + more;
+  }
+  /// With a component beside the timer, on its executor.
+  File with(const std::string& type, const std::string& keys = "") const {
+    File result = *this;
+    result.more += "    - {component: '" + type + "', name: x, executor: default" + keys + "}\n";
+    return result;
+  }
+  File with_dds(const std::string& keys) const {
+    File result = *this;
+    result.dds = "dds: {" + keys + "}\n";
+    return result;
+  }
+  File with_thread(const std::string& entry) const {
+    File result = *this;
+    result.threads += "  " + entry + "\n";
+    return result;
+  }
+};
+
+TEST(Assumptions, AFileThatSaysAllIsGuaranteed) {
+  const Analyzed found = analyzed(File().text());
+  EXPECT_THAT(found.missing(), IsEmpty());
+  EXPECT_EQ(found.verdict(), Verdict::guaranteed);
+  EXPECT_EQ(describe(found.chain(), found.bound()), "guaranteed (1 accepted)");
+}
+
+// They counted as nothing, and 0.1 ms were guaranteed for sending 8 MB.
+TEST(Assumptions, OverheadsAreNeverZeroInSilence) {
+  File file;
+  file.top = "realtime: require\nmemory: {lock: true}\n";
+  const Analyzed found = analyzed(file.text());
+  EXPECT_EQ(found.verdict(), Verdict::bounded_if);
+  EXPECT_THAT(found.missing(), ElementsAre("overheads_are_zero"));
+  EXPECT_THAT(found.assumption("overheads_are_zero")->text, HasSubstr("sending a message"));
+  file.top += "accept: {overheads_are_zero: 'of a textbook'}\n";
+  EXPECT_EQ(analyzed(file.text()).verdict(), Verdict::guaranteed);
+}
+
+TEST(Assumptions, SendingCountsByItsSize) {
+  const auto bound = [](const char* publish) {
+    File file;
+    file.top = fmt::format("machine: {{overheads: {{publish: {}}}}}", publish);
+    return *analyzed(file.with("takt::Workload",
+                               ", parameters: {publishers: {topic: [x], "
+                               "period_us: [10000], size_bytes: [2000000]}}")
+                         .text())
+                .bound()
+                .bound;
+  };
+  EXPECT_EQ(bound("10us"), 1000us + 2 * 10us);
+  EXPECT_EQ(bound("{message: 10us, megabyte: 500us}"), 1000us + 2 * 10us + 1000us);
+}
+
+TEST(Assumptions, WhoWakesSwitchesToItsThread) {
+  const auto bound = [](const char* overheads) {
+    File file;
+    file.top = fmt::format("machine: {{overheads: {{{}}}}}", overheads);
+    return *analyzed(file.text()).bound().bound;
+  };
+  EXPECT_EQ(bound("wake: 50us, switch: 5us"), bound("wake: 55us"));
+}
+
+TEST(Assumptions, TheHostOfAVirtualMachineIsOne) {
+  const MachineFacts shared{.is_known = true, .is_virtual = true};
+  const Analyzed found = analyzed(File().text(), nullptr, false, shared);
+  EXPECT_THAT(found.missing(), ElementsAre("host_not_shared"));
+  const Analyzed unknown = analyzed(File().text(), nullptr, false, {});
+  EXPECT_THAT(unknown.missing(), Contains("nothing_else_runs"));
+}
+
+TEST(Assumptions, OtherThreadsBeforeThoseOfTheFileAreNamed) {
+  MachineFacts busy{.is_known = true};
+  busy.others.push_back({.name = "audio", .priority = 50, .cpus = {0, 1}});
+  const auto found = [&] { return analyzed(File().text(), nullptr, false, busy); };
+  EXPECT_THAT(found().missing(), ElementsAre("nothing_else_runs"));
+  EXPECT_THAT(found().assumption("nothing_else_runs")->text, HasSubstr("'audio'"));
+  busy.others[0].priority = 49;
+  EXPECT_THAT(found().missing(), IsEmpty());
+  busy.others[0] = {.name = "audio", .priority = 90, .cpus = {1}};
+  EXPECT_THAT(found().missing(), IsEmpty());
+  busy.others[0] = {.name = "main_cpu", .priority = 90, .cpus = {0}};  // this system, as it runs
+  EXPECT_THAT(found().missing(), IsEmpty());
+}
+
+// A node made a timer of 6 ms when it was configured.
+class AssumedManaged : public LifecycleNode {
+ public:
+  explicit AssumedManaged(const NodeOptions& options) : LifecycleNode("managed", options) {}
+};
+
+TEST(Assumptions, ALifecycleNodeIsNotCoveredBeforeARun) {
+  const std::string text = File().with("takt::test::AssumedManaged").text();
+  const Analyzed found = analyzed(text, nullptr, /*accepts_all=*/true);
+  EXPECT_EQ(found.verdict(), Verdict::not_covered);
+  EXPECT_THAT(found.assumption("lifecycle")->text, HasSubstr("'/x' is a lifecycle node"));
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks.push_back({.name = "/y/y_timer", .executions = 100, .longest_execution = 1ms});
+  EXPECT_EQ(verdict_of(text, &measured), Verdict::guaranteed);
+}
+
+/// A watchdog: made cancelled, and restarted by code.
+class AssumedMotor : public Node {
+ public:
+  explicit AssumedMotor(const NodeOptions& options) : Node("motor", options) {
+    timer_ = create_timer("command_timeout", 20ms, [] {});
+    timer_->cancel();
+  }
+
+ private:
+  Timer::SharedPtr timer_;
+};
+
+TEST(Assumptions, ATimersNameSaysNothing) {
+  const std::string text =
+      File()
+          .with("takt::test::AssumedMotor", ", callbacks: {command_timeout: {execution: 4ms}}")
+          .text();
+  EXPECT_EQ(analyzed(text).bound().bound.value_or(0ns) / 1ms, 5);
+  EXPECT_EQ(verdict_of(text), Verdict::not_shown);
+  // Its code may make others, or release this one earlier.
+  EXPECT_THAT(analyzed(text).assumption("as_declared")->text,
+              HasSubstr("'/x/command_timeout' keeps its period"));
+  EXPECT_THAT(analyzed(text).assumption("as_declared")->text,
+              HasSubstr("'/x' makes no other callbacks later"));
+}
+
+TEST(Assumptions, ARunMayRefuteThePeriodOfATimer) {
+  MeasuredModel measured{.duration = 10s, .dispatch_overhead = 1us, .wake_overhead = 1us};
+  measured.callbacks.push_back({.name = "/y/y_timer",
+                                .executions = 100,
+                                .longest_execution = 1ms,
+                                .least_distances = {10ms}});
+  EXPECT_EQ(verdict_of(File().text(), &measured), Verdict::guaranteed);
+  measured.callbacks[0].least_distances = {9ms};
+  EXPECT_EQ(verdict_of(File().text(), &measured), Verdict::refuted);
+}
+
+// The file said that one comes in a second, and a thread of the sender's component sent every 3 ms.
+TEST(Assumptions, ARunMayRefuteAnArrivalBesideSendersOfTheFile) {
+  const std::string text =
+      File()
+          .with("takt::Workload",
+                ", parameters: {subscriptions: {topic: ['y'], work_us: [100]}}, callbacks: {y: "
+                "{arrival: {period: 1s}}}")
+          .text();
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks.push_back({.name = "/x/y",
+                                .executions = 200,
+                                .longest_execution = 100us,
+                                .uncaused = 100,
+                                .uncaused_distances = {3ms}});
+  const Analyzed found = analyzed(text, &measured, /*accepts_all=*/true);
+  EXPECT_EQ(found.verdict(), Verdict::refuted);
+  EXPECT_THAT(found.assumption("as_declared")->text, HasSubstr("2 arrivals of '/x/y' came within"));
+  measured.callbacks[0].uncaused_distances = {1s};
+  EXPECT_EQ(verdict_of(text, &measured), Verdict::guaranteed);
+}
+
+// The file itself put threads of DDS, and those that run code on request, before an executor.
+TEST(Assumptions, ThreadsBeforeThoseOfCallbacksAreNotCovered) {
+  const auto found = [](const std::string& thread, const std::string& dds = "discovery: 'off'") {
+    return analyzed(File().with_thread(thread).with_dds(dds).text(), nullptr, true);
+  };
+  const char* const kAbove = "{policy: SCHED_FIFO, priority: 95, affinity: [0]}";
+  EXPECT_EQ(found(fmt::format("requests: {}", kAbove)).verdict(), Verdict::not_covered);
+  EXPECT_THAT(found(fmt::format("requests: {}", kAbove)).missing(),
+              ElementsAre("threads.requests"));
+  EXPECT_EQ(found(fmt::format("d: {}", kAbove), "threads: d").verdict(), Verdict::not_covered);
+  EXPECT_EQ(found("log: {policy: SCHED_FIFO, priority: 49, affinity: [0]}").verdict(),
+            Verdict::guaranteed);
+  EXPECT_EQ(found("log: {policy: SCHED_FIFO, priority: 95, affinity: [1]}").verdict(),
+            Verdict::guaranteed);
+  const Analyzed elsewhere =
+      analyzed(File().with_thread("log: {policy: SCHED_FIFO, priority: 95}").text());
+  EXPECT_THAT(elsewhere.missing(), ElementsAre("dds_threads_elsewhere"));
+}
+
+TEST(Assumptions, OthersMaySendIfTheyFindTheTopic) {
+  const File file = File().with("takt::Workload",
+                                ", parameters: {subscriptions: {topic: [z]}}, "
+                                "callbacks: {z: {arrival: {period: 1s}}}");
+  EXPECT_THAT(analyzed(file.text()).missing(), IsEmpty());
+  EXPECT_THAT(analyzed(file.with_dds("discovery: 'off'").text()).missing(), IsEmpty());
+  EXPECT_THAT(analyzed(file.with_dds("discovery: localhost").text()).missing(),
+              ElementsAre("no_other_publishers"));
+}
+
+TEST(Assumptions, TheStartCountsUnlessTheChainSaysOtherwise) {
+  File file = File().with("takt::Workload",
+                          ", parameters: {subscriptions: {topic: ['y'], durability: "
+                          "[transient_local]}}");
+  file.more.replace(file.more.find("takt::Workload"), 0, "");
+  EXPECT_THAT(analyzed(file.text()).missing(), ElementsAre("start_is_over"));
+  file.chain = ", from: activation";
+  EXPECT_THAT(analyzed(file.text()).missing(), IsEmpty());
+}
+
+TEST(Assumptions, AModelFromElsewhereIsOne) {
+  MeasuredModel measured{.duration = 10s, .dispatch_overhead = 1us, .wake_overhead = 1us};
+  measured.callbacks.push_back({.name = "/y/y_timer",
+                                .executions = 100,
+                                .longest_execution = 1ms,
+                                .least_distances = {10ms}});
+  EXPECT_THAT(analyzed(File().text(), &measured).missing(), ElementsAre("as_measured"));
+  measured.differs = "it is of 'another one'";
+  EXPECT_THAT(analyzed(File().text(), &measured).missing(), Contains("model_from_elsewhere"));
+}
+
+TEST(Assumptions, TimesOfOneSpeedAreNotThoseOfAnother) {
+  File file;
+  file.top += "";
+  file.top.replace(file.top.find("machine: {"), 10, "machine: {speed: {0: 0.5}, ");
+  EXPECT_THAT(analyzed(file.text()).missing(), ElementsAre("times_scale_with_speed"));
+}
+
+TEST(Assumptions, ARunAboveABoundWithoutOverheadsRefutesThese) {
+  File file;
+  file.top = "realtime: require\nmemory: {lock: true}\naccept: {overheads_are_zero: 'so I say'}\n";
+  const MeasuredModel measured{.duration = 10s, .chains = {{.name = "c", .longest = 2ms}}};
+  const Analyzed found = analyzed(file.text(), &measured);
+  EXPECT_EQ(found.verdict(), Verdict::bounded_if);
+  EXPECT_THAT(found.missing(), Contains("overheads_are_zero"));
+}
+
+TEST(Assumptions, OnlyThoseOfTheExecutorsOfAChainAreItsOwn) {
+  File file = File().with_thread("other: {policy: SCHED_FIFO, priority: 50, affinity: [1]}");
+  file.top.replace(file.top.find("machine: {"), 10, "machine: {cpus: [0, 1], ");
+  file.more = "    - {component: 'takt::test::AssumedMotor', name: x, executor: apart}\n";
+  std::string text = file.text();
+  text.replace(text.find("executors: {"), 12,
+               "executors: {apart: {type: events, threads: [other]}, ");
+  EXPECT_THAT(analyzed(text).assumption("as_declared")->text, Not(HasSubstr("/x")));
+}
+
+TEST(Assumptions, UnknownIdsAreRefusedWithTheList) {
+  const auto error_of = [](const std::string& text) {
+    try {
+      analyzed(text);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  File file;
+  file.chain = ", accept: {host_not_shard: 'mine'}";
+  EXPECT_THAT(error_of(file.text()), HasSubstr("did you mean 'host_not_shared'"));
+  file.chain = ", accept: {host_not_shared: ''}";
+  EXPECT_THAT(error_of(file.text()), HasSubstr("a text that is not empty"));
+}
+
+// Best effort between processes loses: the chain was guaranteed.
+TEST(Assumptions, BestEffortBetweenProcessesLoses) {
+  const auto text = [](const char* reliability) {
+    return fmt::format(R"(
+topics: {{/x: {{reliability: {}, delay: {{max: 1ms}}}}}}
+threads:
+  a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}
+  b: {{policy: SCHED_FIFO, priority: 60, affinity: [1]}}
+machine: {{cpus: [0, 1]}}
+executors: {{a: {{type: events, threads: [a]}}, b: {{type: events, threads: [b]}}}}
+containers:
+  - {{name: p1, components: [{{component: takt::Workload, name: x, executor: a, parameters: {{publishers: {{topic: [x], period_us: [20000], work_us: [100]}}}}}}]}}
+  - {{name: p2, components: [{{component: takt::Workload, name: y, executor: b, parameters: {{subscriptions: {{topic: [x], work_us: [100]}}}}}}]}}
+chains: [{{name: c, deadline: 150ms, path: [x/x_timer, y/x]}}]
+)",
+                       reliability);
+  };
+  EXPECT_EQ(verdict_of(text("best_effort")), Verdict::may_lose);
+  EXPECT_EQ(verdict_of(text("reliable")), Verdict::guaranteed);
+  EXPECT_THAT(analyzed(text("reliable")).missing(), Contains("nothing_is_changed"));
+}
+
+TEST(Assumptions, MessagesThatWaitBeyondTheirLifespanAreLost) {
+  const auto verdict = [](const char* lifespan) {
+    File file = File().with("takt::Workload",
+                            ", parameters: {subscriptions: {topic: ['y'], work_us: [100]}}");
+    file.top += fmt::format("topics: {{/y: {{lifespan: {}}}}}\n", lifespan);
+    std::string text = file.text();
+    text.replace(text.find("[y/y_timer]"), 11, "[y/y_timer, x/y]");
+    return verdict_of(text);
+  };
+  EXPECT_EQ(verdict("1s"), Verdict::guaranteed);
+  EXPECT_EQ(verdict("1us"), Verdict::may_lose);
+}
+
+// Global EDF on two CPUs: the sum is below two, and the heavy one gets its runtime too late.
+TEST(Assumptions, ReservationsBeyondWhatGlobalEdfKeepsHaveNoBound) {
+  const auto text = [](const char* heavy) {
+    return fmt::format(R"(
+machine: {{cpus: [0, 1]}}
+threads:
+  heavy: {{policy: SCHED_DEADLINE, runtime: {}, period: 10ms}}
+  light1: {{policy: SCHED_DEADLINE, runtime: 4400us, period: 10ms}}
+  light2: {{policy: SCHED_DEADLINE, runtime: 4400us, period: 10ms}}
+executors:
+  h: {{type: events, threads: [heavy]}}
+  l1: {{type: events, threads: [light1]}}
+  l2: {{type: events, threads: [light2]}}
+container:
+  components:
+    - {{component: takt::Workload, name: x, executor: h, parameters: {{publishers: {{topic: [x], period_us: [50000], work_us: [1000]}}}}}}
+    - {{component: takt::Workload, name: y, executor: l1, parameters: {{publishers: {{topic: ["y"], period_us: [10000], work_us: [3900]}}}}}}
+    - {{component: takt::Workload, name: z, executor: l2, parameters: {{publishers: {{topic: [z], period_us: [10000], work_us: [3900]}}}}}}
+chains: [{{name: c, deadline: 100ms, path: [x/x_timer]}}]
+)",
+                       heavy);
+  };
+  EXPECT_THAT(analyzed(text("9ms")).bound().why_not, HasSubstr("Dhall's effect"));
+  EXPECT_TRUE(analyzed(text("5ms")).bound().bound);
+}
+
+}  // namespace
+}  // namespace takt::test
+
+TAKT_REGISTER_COMPONENT(takt::test::AssumedManaged, "a lifecycle node")
+TAKT_REGISTER_COMPONENT(takt::test::AssumedMotor, "a timer that code restarts")

@@ -1,0 +1,162 @@
+// The chains of a model, what they rest on, and the verdict on each.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "takt/containers/model/model_builder.hpp"
+#include "takt/containers/planning/plan.hpp"
+
+namespace takt {
+
+void ModelBuilder::add_chains() {
+  for (const PlannedChain& planned : chains_) {
+    SystemModel::Chain chain{.name = planned.options.name, .deadline = planned.options.deadline};
+    for (const ChainDescription& stated : description_.chains) {
+      if (stated.options.name == chain.name) chain.allows_losses = stated.allows_losses;
+    }
+    if (measured_ != nullptr) {
+      for (const MeasuredChain& seen : measured_->chains) {
+        if (seen.name == chain.name) chain.observed = seen.longest;
+      }
+    }
+    std::vector<std::size_t> path;
+    for (const auto& [node, name] : planned.path) {
+      const auto callback =
+          std::find_if(callbacks_.begin(), callbacks_.end(),
+                       [&, &of = node, &called = name](const auto* candidate) {
+                         return candidate->node == of && candidate->entity->name() == called;
+                       });
+      path.push_back(static_cast<std::size_t>(callback - callbacks_.begin()));
+      const auto& before = path.size() > 1 ? model_.system.callbacks[path[path.size() - 2]].outputs
+                                           : std::vector<analysis::Output>{};
+      const bool is_linked =
+          path.size() == 1 || std::any_of(before.begin(), before.end(), [&](const auto& output) {
+            return output.to == path.back();
+          });
+      if (is_linked || !chain.why_not.empty()) continue;
+      if (!in_circle_.contains(path.back())) {
+        chain.why_not = fmt::format(
+            "the measured run has not shown that '{}' gets messages from "
+            "the step before it",
+            to_string(Chain::Step{node, name}));
+        continue;
+      }
+      chain.why_not = fmt::format(
+          "'{}' is on a circle of callbacks that send to each other: nothing is known "
+          "of how often they run; state its `arrival`",
+          to_string(Chain::Step{node, name}));
+    }
+    chain.index = model_.system.chains.size();
+    if (chain.why_not.empty()) model_.system.chains.push_back({chain.name, std::move(path)});
+    model_.chains.push_back(std::move(chain));
+  }
+}
+
+// Its bound depends on the numbers of these: the executors on its way, those that send to them, and
+// those that run on their CPUs before them, or, where Linux throttles, beside them.
+std::set<std::size_t> AssumptionFinder::executors_of(const std::vector<std::size_t>& path) const {
+  const analysis::System& system = model_.system;
+  std::set<std::size_t> result;
+  for (const std::size_t callback : path) result.insert(system.callbacks[callback].executor);
+  const auto delays = [&](std::size_t other, std::size_t executor) {
+    const auto &a = system.executors[other].share, &b = system.executors[executor].share;
+    return a && b && a->cpu == b->cpu && (a->priority >= b->priority || system.for_realtime);
+  };
+  for (bool has_changed = true; std::exchange(has_changed, false);) {
+    for (const analysis::Callback& from : system.callbacks) {
+      for (const analysis::Output& output : from.outputs) {
+        if (!result.contains(system.callbacks[output.to].executor)) continue;
+        has_changed = result.insert(from.executor).second || has_changed;
+      }
+    }
+    for (std::size_t other = 0; other < system.executors.size(); ++other) {
+      if (std::none_of(result.begin(), result.end(),
+                       [&](std::size_t executor) { return delays(other, executor); })) {
+        continue;
+      }
+      has_changed = result.insert(other).second || has_changed;
+    }
+  }
+  return result;
+}
+
+std::string_view to_string(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::unjudged:
+      return "-";
+    case Verdict::guaranteed:
+      return "guaranteed";
+    case Verdict::bounded_if:
+      return "bounded if";
+    case Verdict::not_shown:
+      return "not shown";
+    case Verdict::not_covered:
+      return "not covered";
+    case Verdict::may_lose:
+      return "may lose some";
+    case Verdict::no_bound:
+      return "no bound";
+    case Verdict::missed:
+      return "missed";
+    case Verdict::refuted:
+      break;
+  }
+  return "model refuted";
+}
+
+namespace {
+
+bool has(const SystemModel::Chain& chain, Assumption::State state) {
+  return std::any_of(chain.assumptions.begin(), chain.assumptions.end(),
+                     [&](const Assumption& assumption) { return assumption.state == state; });
+}
+
+// A run was above a bound in which the machine takes no time: this is what it refutes.
+bool refutes_overheads(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
+  return bound.bound && chain.observed > *bound.bound &&
+         std::any_of(
+             chain.assumptions.begin(), chain.assumptions.end(),
+             [](const Assumption& assumption) { return assumption.id == "overheads_are_zero"; });
+}
+
+}  // namespace
+
+std::vector<const Assumption*> missing(const SystemModel::Chain& chain,
+                                       const ModelBounds::Chain& bound) {
+  const bool has_overheads = !refutes_overheads(chain, bound);
+  std::vector<const Assumption*> result;
+  for (const Assumption& assumption : chain.assumptions) {
+    const bool holds =
+        assumption.state == Assumption::State::checked ||
+        (assumption.state == Assumption::State::unchecked && !assumption.accepted.empty());
+    if (!holds || (!has_overheads && assumption.id == "overheads_are_zero")) {
+      result.push_back(&assumption);
+    }
+  }
+  return result;
+}
+
+Verdict verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
+  const bool has_deadline = chain.deadline != Nanoseconds::zero();
+  if (has_deadline && chain.observed > chain.deadline) return Verdict::missed;
+  if (has(chain, Assumption::State::not_covered)) return Verdict::not_covered;
+  if (has(chain, Assumption::State::refuted)) return Verdict::refuted;
+  if (!bound.bound) return Verdict::no_bound;
+  if (chain.observed > *bound.bound && !refutes_overheads(chain, bound)) return Verdict::refuted;
+  if (!has_deadline) return Verdict::unjudged;
+  if (*bound.bound > chain.deadline) return Verdict::not_shown;
+  if (!bound.why_lossy.empty() && !chain.allows_losses) return Verdict::may_lose;
+  return missing(chain, bound).empty() ? Verdict::guaranteed : Verdict::bounded_if;
+}
+
+std::string describe(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
+  const Verdict found = verdict(chain, bound);
+  const auto accepted =
+      std::count_if(chain.assumptions.begin(), chain.assumptions.end(),
+                    [](const Assumption& assumption) { return !assumption.accepted.empty(); });
+  if (found != Verdict::guaranteed || accepted == 0) return std::string(to_string(found));
+  return fmt::format("{} ({} accepted)", to_string(found), accepted);
+}
+
+}  // namespace takt

@@ -1,0 +1,152 @@
+// What no number of a model tells: a chain with it has no guarantee.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "takt/containers/component.hpp"
+#include "takt/containers/model/coverage.hpp"
+#include "takt/containers/model/model_builder.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
+
+namespace takt {
+
+// Callbacks that the model has seen and the file's components have not made: they may be made while
+// it runs, and nobody knows when they become ready.
+void ModelBuilder::add_unknown_callbacks() {
+  if (measured_ == nullptr) return;
+  for (const MeasuredCallback& seen : measured_->callbacks) {
+    if (seen.executions == 0) continue;
+    bool has_node = false, is_known = false;
+    std::set<std::size_t> executors;
+    for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+      const analysis::Callback& callback = model_.system.callbacks[i];
+      is_known = is_known || callback.name == seen.name;
+      if (!seen.name.starts_with(callbacks_[i]->node->fully_qualified_name() + "/")) continue;
+      has_node = true;
+      executors.insert(callback.executor);
+    }
+    if (is_known) continue;
+    if (!has_node) {
+      throw Error(fmt::format("the model has a callback '{}', which ran {} times, and '{}' has no "
+                              "node of that name",
+                              seen.name, seen.executions, description_.file),
+                  "give the model of this system", measured_->path);
+    }
+    for (const std::size_t executor : executors) {
+      model_.system.executors[executor].unknown = fmt::format(
+          "'{}' ran {} times in the model, and its node has not made it when it was "
+          "constructed: nothing is known of how often it runs",
+          seen.name, seen.executions);
+    }
+  }
+}
+
+// A key without an entry is one that a library brings, or one that somebody has forgotten.
+void AssumptionFinder::add_keys_not_covered() {
+  for (const WrittenKey& key : description_.keys) {
+    const CoverageEntry* const entry = coverage_of(key.map, key.key);
+    if (entry != nullptr && entry->coverage != Coverage::not_covered) continue;
+    const bool is_of_executor = key.map == "an executor", is_of_order = key.map == "a scheduler";
+    Fact fact{.id = key.key,
+              .state = Assumption::State::not_covered,
+              .text = entry != nullptr
+                          ? std::string(entry->why)
+                          : std::string("a library brings it, and nothing tells how it "
+                                        "counts"),
+              .name = {},
+              .source = declared_at(key.where),
+              .executor = {}};
+    if (!is_of_executor && !is_of_order) {
+      assume(std::move(fact));
+      continue;
+    }
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      const ModelledPart& part = parts_[i];
+      // Every order has a bound; only what is said of another one may be wrong.
+      const bool has_order = part.scheduler == key.entry &&
+                             model_.system.executors[i].order != analysis::Order::arbitrary;
+      if (is_of_executor ? part.description->name != key.entry : !has_order) continue;
+      fact.executor = i;
+      assume(fact);
+    }
+  }
+}
+
+// Those that serve a node's groups, of the same process; nullopt: one that has no callback yet, so
+// that nobody knows whom it delays.
+std::vector<std::optional<std::size_t>> AssumptionFinder::parts_of(
+    const ModelledProcess& process, const ModelledProcess::Member& node) const {
+  std::vector<std::optional<std::size_t>> result;
+  for (const std::string& executor : node.executors) {
+    const std::size_t before = result.size();
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (parts_[i].process == &process && parts_[i].description->name == executor) {
+        result.emplace_back(i);
+      }
+    }
+    if (result.size() == before) result.emplace_back();
+  }
+  return result;
+}
+
+// Such a node makes callbacks when it is configured, and nothing is configured here. What a run
+// has shown of them is in the model.
+void AssumptionFinder::add_lifecycle_nodes() {
+  for (const ModelledProcess& process : processes_) {
+    for (const ModelledProcess::Member& member : process.nodes) {
+      const auto* const node = dynamic_cast<const LifecycleNode*>(member.node.get());
+      const bool says_all = dynamic_cast<const KnowsExecutionTimes*>(member.node.get()) != nullptr;
+      if (node == nullptr || says_all || measured_ != nullptr) continue;
+      for (const auto& part : parts_of(process, member)) {
+        assume({.id = "lifecycle",
+                .state = Assumption::State::not_covered,
+                .text = "{} is a lifecycle node: it may make callbacks when it is configured, and "
+                        "only a model of a run knows them",
+                .name = "'" + member.node->fully_qualified_name() + "'",
+                .source = declared_at(member.where),
+                .executor = part});
+      }
+    }
+  }
+}
+
+// Threads of Takt and of DDS that the file puts before those of callbacks.
+void AssumptionFinder::add_reserved_threads() {
+  if (description_.realtime == Realtime::off) return;
+  for (const ThreadDescription& thread : description_.threads) {
+    const std::string& name = thread.attributes.name;
+    const CoverageEntry* const entry = coverage_of("a reserved thread", name);
+    if (entry != nullptr && entry->coverage == Coverage::used) {
+      add_reserved_thread(thread.attributes, "threads." + name);
+    }
+    if (description_.dds && description_.dds->threads.name == name) {
+      add_reserved_thread(thread.attributes, "dds.threads");
+    }
+  }
+}
+
+void AssumptionFinder::add_reserved_thread(const ThreadAttributes& own, const std::string& key) {
+  if (!is_realtime(own.policy)) return;
+  for (const ModelledThread& thread : threads_) {
+    const ThreadAttributes& other = thread.attributes;
+    const bool is_after = own.policy != ThreadPolicy::deadline &&
+                          (other.policy == ThreadPolicy::deadline || own.priority < other.priority);
+    if (is_after) continue;
+    const std::vector<int>& its = other.affinity.empty() ? cpus() : other.affinity;
+    const std::vector<int>& mine = own.affinity.empty() ? cpus() : own.affinity;
+    const bool may_meet =
+        std::find_first_of(mine.begin(), mine.end(), its.begin(), its.end()) != mine.end();
+    if (!may_meet) continue;
+    const bool is_bound = !own.affinity.empty();
+    assume({.id = is_bound ? key : "dds_threads_elsewhere",
+            .state = is_bound ? Assumption::State::not_covered : Assumption::State::unchecked,
+            .text = fmt::format("thread '{}' runs before {{}}, on its CPU, for as long as it likes",
+                                own.name),
+            .name = "'" + other.name + "'",
+            .source = declared_at(line_of("the file", "threads")),
+            .executor = thread.executor});
+  }
+}
+
+}  // namespace takt
