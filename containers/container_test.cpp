@@ -199,7 +199,7 @@ TEST(Container, DeliversEverythingUnderEveryExecutorAndAllocatesNothing) {
     const ProcessResult result = run(one_ticker(), {.executor = executor});
     std::uint64_t received = 0;
     for (const auto& callback : result.callbacks) {
-      EXPECT_EQ(callback.lost(), 0u) << executor;
+      EXPECT_EQ(callback.statistics.lost(), 0u) << executor;
       EXPECT_EQ(callback.statistics.dropped, 0u) << executor;
       received += callback.statistics.received;
     }

@@ -95,7 +95,7 @@ TEST(ExecutorLibrary, TheThreadsOfTheFileAndTheStatisticsAreThoseOfABuiltInExecu
       // Once a millisecond, at the begin and, perhaps, while the timers are held.
       EXPECT_LE(callback.statistics.received,
                 static_cast<std::uint64_t>(result.threads[0].statistics.wall_time / 1ms) + 2);
-      EXPECT_EQ(callback.lost(), 0u);
+      EXPECT_EQ(callback.statistics.lost(), 0u);
       EXPECT_EQ(callback.statistics.latency.count(), callback.statistics.received);
       EXPECT_EQ(callback.statistics.execution.count(), callback.statistics.received);
     }

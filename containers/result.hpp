@@ -18,14 +18,7 @@ struct ProcessResult {
   struct Callback {
     std::string executor;
     CallbackStatistics statistics;
-    /// Messages that were sent to this callback, but neither received nor counted as dropped.
-    /// Anything but 0 is a defect.
-    std::uint64_t lost() const noexcept {
-      const std::uint64_t served = statistics.received + statistics.dropped;
-      return statistics.kind != EntityKind::subscription || served > statistics.expected
-                 ? 0
-                 : statistics.expected - served;
-    }
+    std::string process = {};  // of this and the next two: where several are put together
   };
   struct Thread {
     std::string executor;
@@ -37,12 +30,14 @@ struct ProcessResult {
   struct UsedExecutor {
     std::string name, type, scheduler;
     std::size_t threads_given = 0;  // by the file; 0: the type decides
+    std::string process = {};
   };
 
   struct ChainResult {
     std::string name;
-    Nanoseconds deadline;
-    ChainStatistics statistics;
+    Nanoseconds deadline{0};
+    ChainStatistics statistics = {};
+    std::string process = {};
   };
 
   std::string name;

@@ -18,33 +18,6 @@ ExecutorRegistry& executors() {
   return registry;
 }
 
-void CallbackStatistics::add(const CallbackStatistics& more) {
-  received += more.received;
-  expected += more.expected;
-  from_outside += more.from_outside;
-  dropped += more.dropped;
-  with_period += more.with_period;
-  late += more.late;
-  too_late += more.too_late;
-  deadline_misses += more.deadline_misses;
-  overruns += more.overruns;
-  skipped += more.skipped;
-  latency.merge(more.latency);
-  waiting.merge(more.waiting);
-  take.merge(more.take);
-  execution.merge(more.execution);
-}
-
-void ThreadStatistics::add(const ThreadStatistics& more) {
-  counters += more.counters;
-  cpu_time += more.cpu_time;
-  wall_time += more.wall_time;
-  missed_periods += more.missed_periods;
-  dropped_outputs += more.dropped_outputs;
-  trace_overwritten += more.trace_overwritten;
-  trace.insert(trace.end(), more.trace.begin(), more.trace.end());
-}
-
 bool register_executor(std::string name, ExecutorRegistry::Entry entry, const char* version) {
   return register_in(executors(), std::move(name), std::move(entry), version);
 }

@@ -139,16 +139,14 @@ struct ExecutorOptions {
   Clock* clock = &Clock::steady();
 };
 
-/// What an executor counts of one callback.
+// What the figures below mean, and how those of two times become one: executors/figures.hpp.
+
+/// What is counted of one callback since the executor has it. Its first executor counts what was
+/// sent before, too.
 struct CallbackCounts {
-  std::uint64_t received = 0;            // executions
-  std::uint64_t with_period = 0;         // messages whose publisher's period is known
-  std::uint64_t late = 0, too_late = 0;  // of these
-  std::uint64_t deadline_misses = 0;
-  /// Timer releases that were not served, and executions longer than the budget.
-  std::uint64_t overruns = 0;
-  /// Of these, the releases: they came while one was outstanding, or none was ever served.
-  std::uint64_t skipped = 0;
+  std::uint64_t received = 0, expected = 0, from_outside = 0, dropped = 0;
+  std::optional<std::uint64_t> late, too_late;  // nullopt: no publisher's period is known
+  std::uint64_t deadline_misses = 0, overruns = 0, skipped = 0;
 };
 
 /// What it measures of each message or release, at the level `full`.
@@ -167,21 +165,20 @@ constexpr bool has_message_times(EntityKind kind) noexcept {
   return kind != EntityKind::timer && kind != EntityKind::waitable;
 }
 
-/// A callback, and all that was counted of it since the executor has it. Its first executor counts
-/// what was sent before, too.
+/// A callback, and all that was counted of it.
 struct CountedCallback : CallbackCounts {
   std::string node, group, callback, topic;
   EntityKind kind = EntityKind::waitable;
-  std::uint64_t expected = 0;      // messages sent to it; timers: received
-  std::uint64_t from_outside = 0;  // of these, messages that came from other processes
-  std::uint64_t dropped = 0;       // overwritten before they were taken, or of an aborted chain
+  /// Messages that were sent to this callback, but neither received nor counted as dropped.
+  /// Anything but 0 is a defect.
+  std::uint64_t lost() const noexcept {
+    const std::uint64_t served = received + dropped;
+    return kind != EntityKind::subscription || served > expected ? 0 : expected - served;
+  }
 };
 
 /// The recorded statistics of one callback.
-struct CallbackStatistics : CountedCallback, CallbackTimes, MessageTimes {
-  /// Adds what was measured of the same callback at another time.
-  void add(const CallbackStatistics& more);
-};
+struct CallbackStatistics : CountedCallback, CallbackTimes, MessageTimes {};
 
 /// One execution, for a reader that does not know the executor's callbacks.
 struct NamedTraceEvent : TraceEvent {
@@ -196,15 +193,11 @@ struct ThreadStatistics {
   ThreadState in_force;
   ThreadCounters counters;
   Nanoseconds cpu_time{0}, wall_time{0};
-  Nanoseconds spin_time{0};  // of the CPU time: for `spin` and `early_wake`
-  /// With logical execution time: periods that began late or not at all, and messages that did not
-  /// fit into a period.
+  Nanoseconds spin_time{0};
   std::uint64_t missed_periods = 0, dropped_outputs = 0;
   std::vector<NamedTraceEvent> trace;
   std::size_t trace_overwritten = 0;
 
-  /// Adds what was measured of the same thread at another time.
-  void add(const ThreadStatistics& more);
   /// Of one CPU.
   double cpu_percent() const noexcept { return percent(cpu_time); }
   double spin_percent() const noexcept { return percent(spin_time); }

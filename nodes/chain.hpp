@@ -28,20 +28,10 @@ struct ChainOptions {
       0};  // from the release of its first callback to the end of its last; 0: none
 };
 
-/// The measurements of a chain.
+/// The measurements of a chain; executors/figures.hpp says what they mean.
 struct ChainStatistics {
-  std::uint64_t instances = 0;  // completed ones
-  std::uint64_t misses = 0;     // completed after the deadline
-  std::uint64_t aborted = 0;    // not completed, see OverrunPolicy::abort
-  Histogram latency;            // release of the first callback → end of the last
-
-  /// Another time of the same chain.
-  void add(const ChainStatistics& more) {
-    instances += more.instances;
-    misses += more.misses;
-    aborted += more.aborted;
-    latency.merge(more.latency);
-  }
+  std::uint64_t instances = 0, misses = 0, aborted = 0;
+  Histogram latency;
 };
 
 /// A path of callbacks, each of which publishes what the next one receives. Its instances differ

@@ -86,7 +86,6 @@ TEST_P(ConformanceStatistics, LatencyIsTheWaitAndTheTake) {
   EXPECT_EQ(measured.received, 3u);
   EXPECT_EQ(measured.expected, 3u);
   EXPECT_EQ(measured.dropped, 0u);
-  EXPECT_EQ(measured.with_period, 3u);
   EXPECT_EQ(measured.late, 2u);      // more than a fifth of the period
   EXPECT_EQ(measured.too_late, 1u);  // more than the period
 }
@@ -127,7 +126,6 @@ TEST_P(ConformanceStatistics, EveryExecutionIsRecorded) {
   EXPECT_EQ(measured.take.count(), kMessages);
   EXPECT_EQ(measured.execution.count(), kMessages);
   EXPECT_EQ(measured.execution.sum(), kMessages * kWork);
-  EXPECT_EQ(measured.with_period, kMessages);
 }
 
 // Counting a miss only where the deadline was exceeded by a tenth passed all tests.
@@ -155,7 +153,9 @@ TEST_P(ConformanceStatistics, AnythingBeyondALimitCounts) {
     publisher->publish(Number{});
     clock_.work(wait - kTake);
     executor_->spin_all();
-    return std::tuple(row("topic").late - before.late, row("topic").too_late - before.too_late);
+    const CallbackStatistics now = row("topic");
+    return std::tuple(*now.late - before.late.value_or(0),
+                      *now.too_late - before.too_late.value_or(0));
   };
   EXPECT_EQ(late(4ms), std::tuple(0, 0));  // a fifth of the period
   EXPECT_EQ(late(4ms + 1ns), std::tuple(1, 0));
@@ -183,8 +183,7 @@ TEST_P(ConformanceStatistics, AChainIsMeasuredFromItsReleaseToItsEnd) {
   EXPECT_EQ(numbers(released.execution), numbers({2ms}));
   const CallbackStatistics received = row("topic");
   EXPECT_EQ(numbers(received.latency), numbers({kTake}));
-  EXPECT_EQ(received.with_period, 0u);  // its publisher names none
-  EXPECT_EQ(received.late, 0u);
+  EXPECT_EQ(received.late, std::nullopt);  // its publisher names none
   const ChainStatistics measured = chain->statistics();
   EXPECT_EQ(numbers(measured.latency), numbers({3ms + 2ms + kTake + kWork}));
   EXPECT_EQ(measured.instances, 1u);

@@ -204,9 +204,10 @@ Entity::Counts Observed::entity_counts(bool has_ended, bool all_is_served) const
 CallbackStatistics Observed::statistics(const Entity::Counts& counted) const {
   CallbackStatistics statistics;
   statistics.received = counts.executions;
-  statistics.with_period = counts.with_period;
-  statistics.late = counts.late;
-  statistics.too_late = counts.too_late;
+  if (counts.with_period != 0) {
+    statistics.late = counts.late;
+    statistics.too_late = counts.too_late;
+  }
   statistics.deadline_misses = counts.deadline_misses;
   statistics.overruns = counts.overruns;
   if (times != nullptr) static_cast<CallbackTimes&>(statistics) = *times;

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <iterator>
 #include <tuple>
+#include <type_traits>
+
+#include "takt/executors/figures.hpp"
 
 namespace takt::detail {
 namespace {
@@ -30,6 +33,14 @@ auto find(std::vector<Row>& rows, const Like& like) {
   return std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return is_same(row, like); });
 }
 
+template <class Statistics, class Visit>
+void for_each_time(Statistics& of, const Visit& visit) {
+  const auto visit_time = [&visit](const auto& /*field*/, auto&& value) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, Histogram>) visit(value);
+  };
+  for_each_field(visit_time, of);
+}
+
 }  // namespace
 
 FilledBuckets::FilledBuckets(const Histogram& histogram)
@@ -51,33 +62,27 @@ void FilledBuckets::add_to(Histogram& sum) const noexcept {
   sum.merge(histogram);
 }
 
-PastStatistics::Row::Row(const CallbackStatistics& of)
-    : CountedCallback(of),
-      latency(of.latency),
-      execution(of.execution),
-      waiting(of.waiting),
-      take(of.take) {
+PastStatistics::Row::Row(const CallbackStatistics& of) : CountedCallback(of) {
+  for_each_time(of, [this](const Histogram& histogram) { times.emplace_back(histogram); });
 }
 
 CallbackStatistics PastStatistics::Row::statistics() const {
   CallbackStatistics result;
   static_cast<CountedCallback&>(result) = *this;
-  latency.add_to(result.latency);
-  execution.add_to(result.execution);
-  waiting.add_to(result.waiting);
-  take.add_to(result.take);
+  auto next = times.begin();
+  for_each_time(result, [&](Histogram& histogram) { (next++)->add_to(histogram); });
   return result;
 }
 
 void PastStatistics::add(CallbackStatistics gone) {
   if (const auto row = find(rows_, gone); row != rows_.end()) {
-    gone.add(row->statistics());
+    merge(gone, row->statistics());
     rows_.erase(row);
   }
   rows_.emplace_back(gone);
   if (rows_.size() <= kMost) return;
   if (!others_) others_.emplace().callback = kOthers;
-  others_->add(rows_.front().statistics());
+  merge(*others_, rows_.front().statistics());
   rows_.erase(rows_.begin());
 }
 
@@ -86,7 +91,7 @@ std::vector<CallbackStatistics> PastStatistics::with(
   std::vector<CallbackStatistics> gone;
   for (const Row& row : rows_) {
     if (const auto again = find(present, row); again != present.end()) {
-      again->add(row.statistics());
+      merge(*again, row.statistics());
     } else {
       gone.push_back(row.statistics());
     }
@@ -100,7 +105,7 @@ void PastThreads::add(const ThreadStatistics& gone) {
   ThreadStatistics sum = gone;
   if (const auto row = find(rows_, gone); row != rows_.end()) {
     sum = std::move(*row);
-    sum.add(gone);
+    merge(sum, gone);
     rows_.erase(row);
   }
   shorten_trace(sum, trace_events_);
@@ -110,7 +115,7 @@ void PastThreads::add(const ThreadStatistics& gone) {
     others_.emplace();
     others_->asked.name = others_->in_force.name = kOthers;
   }
-  others_->add(rows_.front());
+  merge(*others_, rows_.front());
   shorten_trace(*others_, 0);
   rows_.erase(rows_.begin());
 }
@@ -118,7 +123,7 @@ void PastThreads::add(const ThreadStatistics& gone) {
 std::vector<ThreadStatistics> PastThreads::with(std::vector<ThreadStatistics> present) const {
   for (const ThreadStatistics& row : rows_) {
     if (const auto again = find(present, row); again != present.end()) {
-      again->add(row);
+      merge(*again, row);
     } else {
       present.push_back(row);
     }

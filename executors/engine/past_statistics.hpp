@@ -51,7 +51,7 @@ class PastStatistics {
   struct Row : CountedCallback {
     explicit Row(const CallbackStatistics& of);
     CallbackStatistics statistics() const;
-    FilledBuckets latency, execution, waiting, take;
+    std::vector<FilledBuckets> times;
   };
   std::vector<Row> rows_;  // the last one was removed last
   std::optional<CallbackStatistics> others_;

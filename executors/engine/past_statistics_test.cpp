@@ -93,6 +93,7 @@ TEST(PastThreads, KeepsTheLastHundredRowsAndTheSumOfTheRest) {
     ThreadStatistics result;
     result.asked.name = result.in_force.name = name;
     result.cpu_time = 1ms;
+    result.spin_time = 1us;
     result.trace.resize(2);
     return result;
   };
@@ -108,6 +109,7 @@ TEST(PastThreads, KeepsTheLastHundredRowsAndTheSumOfTheRest) {
   EXPECT_EQ(rows[99].trace_overwritten, 2u);
   EXPECT_EQ(rows[100].asked.name, PastThreads::kOthers);
   EXPECT_EQ(rows[100].cpu_time, 200ms);
+  EXPECT_EQ(rows[100].spin_time, 200us);  // merging had forgotten it
   EXPECT_TRUE(rows[100].trace.empty());
   EXPECT_EQ(rows[100].trace_overwritten, 400u);
 }

@@ -139,8 +139,8 @@ class Observer : public Kit, public ::testing::WithParamInterface<bool> {
           "{}/{}/{} {} of {}, {} dropped, {} misses, {} overruns, {} skipped, {} too late\n"
           "  latency {}, waiting {}, take {}, execution {}\n",
           row.node, row.group, row.callback, row.received, row.expected, row.dropped,
-          row.deadline_misses, row.overruns, row.skipped, row.too_late, text_of(row.latency),
-          text_of(row.waiting), text_of(row.take), text_of(row.execution));
+          row.deadline_misses, row.overruns, row.skipped, row.too_late.value_or(0),
+          text_of(row.latency), text_of(row.waiting), text_of(row.take), text_of(row.execution));
     }
     const ChainStatistics of_chain = chain.statistics();
     text += fmt::format("chain: {}, {} misses, {} aborted, latency {}\n", of_chain.instances,

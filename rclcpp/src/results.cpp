@@ -16,8 +16,9 @@
 #include "takt/base/output_file.hpp"
 #include "takt/base/same_owner.hpp"
 #include "takt/containers/process_usage.hpp"
+#include "takt/executors/figures.hpp"
 #include "takt/measuring/json_text.hpp"
-#include "takt/measuring/process_json.hpp"
+#include "takt/measuring/run.hpp"
 #include "takt/nodes/node.hpp"
 
 namespace rclcpp::detail {
@@ -45,7 +46,7 @@ Row& add_to(Rows& rows, const Row& more, const Key& key) {
   const auto found =
       std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return key(row) == key(more); });
   if (found == rows.end()) return rows.emplace_back(more);
-  found->statistics.add(more.statistics);
+  takt::merge(found->statistics, more.statistics);
   return *found;
 }
 
@@ -184,22 +185,12 @@ void Results::write(const std::string& executor, const std::string& placement,
   if (size_of(path_) != size_before_) {
     note("another process has written its results to the same file; these are of the last one");
   }
-  nlohmann::json run = takt::rt::process_json(sum_);
-  run.erase("failed");
-  if (run.at("trace").empty()) run.erase("trace");
-  for (nlohmann::json& callback : run.at("callbacks")) callback.erase("from_outside");
-  const takt::rt::Releases releases = takt::rt::releases_of(run);
-  run["releases"] = {{"due", releases.due}, {"served", releases.served}};
-  run["file"] = program_invocation_name;
-  run["executor"] = executor.empty() ? "file" : executor;
-  run["placement"] = placement.empty() ? "file" : placement;
-  run["scheduler"] = scheduler.empty() ? "file" : scheduler;
-  run["composition"] = "file";
-  run["transport"] = "auto";
-  run["repeat"] = 0;
-  run["topics"] = nlohmann::json::array();
-  const nlohmann::json document =
-      takt::rt::result_document(nlohmann::json::array({std::move(run)}));
+  takt::rt::Run run = takt::rt::run_of(sum_);
+  run.file = program_invocation_name;
+  if (!executor.empty()) run.executor = executor;
+  if (!placement.empty()) run.placement = placement;
+  if (!scheduler.empty()) run.scheduler = scheduler;
+  const nlohmann::json document = takt::rt::result_document({run});
   naming_variable([&] {
     takt::write_output(path_,
                        std::string(takt::kTaktsJson) + takt::rt::json_text(document, 2) + '\n');

@@ -18,6 +18,7 @@ PAGE = "tools/check/mutations.py"  # in git
 OBSERVED = "executors/engine/observed.cpp"
 # A test: what to build, and its command line.
 STATISTICS = ("executors_test", "{bin}/executors_test", "--gtest_filter=*ConformanceStatistics*")
+PAST = ("executors_test", "{bin}/executors_test", "--gtest_filter=PastThreads.*")
 PHASE = ("executors_test", "{bin}/executors_test", "--gtest_filter=*KeepsItsPhase*")
 HISTOGRAM = ("base_test", "{bin}/base_test", "--gtest_filter=*Histogram*")
 USAGE = ("containers_test", "{bin}/containers_test", "--gtest_filter=ProcessUsage.*")
@@ -48,13 +49,11 @@ MUTATIONS = {
                                   "seen += counts_[i == 0 ? 0 : i - 1];", HISTOGRAM),
     "percentile of the wrong rank": ("base/histogram.cpp", "std::ceil(fraction *",
                                      "std::floor(0.9 * fraction *", HISTOGRAM),
-    "lost halved": ("containers/result.hpp", ": statistics.expected - served;",
-                    ": (statistics.expected - served) / 2;",
+    "lost halved": ("executors/executor.hpp", "? 0 : expected - served;", "? 0 : (expected - served) / 2;",
                     RESULTS),
     "memory of a child forgotten": ("tools/takt/run/processes.cpp",
-                                    '      json& entries = one.at(list);\n',
-                                    '      if (i == 0 && list == std::string("processes")) continue;\n'
-                                    '      json& entries = one.at(list);\n',
+                                    "    merge(all.run, one);\n",
+                                    "    if (i == 0) one.processes.clear();\n    merge(all.run, one);\n",
                                     SYSTEM),
     "CPU of DDS threads forgotten": ("containers/container_result.cpp",
                                      "  thread.cpu_time += sign * usage->cpu_time;\n",
@@ -82,8 +81,8 @@ MUTATIONS = {
                                    "statistics.skipped = counted.missed;", "statistics.skipped = 0;", STATISTICS),
     "a timer that never ran": (OBSERVED,
                                "return due > held ? 0", "return due < held ? 0", STATISTICS),
-    "served releases are all": ("measuring/process_json.cpp", "releases.due += served + callback",
-                                "releases.due += served + 0 * callback", RESULTS),
+    "served releases are all": ("measuring/run_json.cpp", "callback.statistics.received + callback.statistics.skipped;",
+                                "callback.statistics.received;", RESULTS),
     "RSS shown as PSS": ("containers/process_usage.cpp", 'word == "Pss:"', 'word == "Rss:"', USAGE),
     "CPU of executors' threads halved": ("containers/container_result.cpp",
                                          "thread.cpu_time = counted->second.cpu_time;",
@@ -99,12 +98,11 @@ MUTATIONS = {
                                      MODEL),
     "the p99.9 of a shown model": ("tools/takt/model/model_output.cpp", "rt::us(chain.p999)", "rt::us(chain.p99)",
                                    MODEL),
-    "the p99.9 of a run": ("measuring/process_json.cpp", "histogram.percentile(0.999)",
+    "the p99.9 of a run": ("measuring/row_json.cpp", "histogram.percentile(0.999)",
                            "histogram.percentile(0.99)", RESULTS),
-    "the maximum of a run": ("measuring/process_json.cpp", "us(histogram.max())",
+    "the maximum of a run": ("measuring/row_json.cpp", "us(histogram.max())",
                              "us(histogram.percentile(0.999))", RESULTS),
-    "the execution of a run": ("measuring/process_json.cpp", "histogram_json(statistics.execution, true)",
-                               "histogram_json(statistics.take, true)", RESULTS),
+    "spin time of a removed thread": ("executors/figures.hpp", 'sum("spin_time"', 'keep("spin_time"', PAST),
 }
 MUTATIONS |= {
     f"one of a hundred not recorded: {time}": (OBSERVED, f"{time}.record(",

@@ -15,6 +15,8 @@ extern const char* const kNav2Robot;          // examples/08_nav2/nav2.yaml
 extern const char* const kReferenceSystem;    // bench/workloads/reference_system.yaml
 extern const char* const kCreate3Robot;       // examples/09_create3/create3.yaml
 extern const char* const kConfigurationPage;  // docs/reference/configuration.md.in
+extern const char* const kResultsPage;        // docs/reference/results.md.in
+extern const char* const kResultsSchema;      // docs/reference/results.schema.json.in
 
 /// A file of `takt new`: its path, and its text with @NAME@ and @VERSION@.
 struct Template {

@@ -4,24 +4,20 @@
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
 
-#include "run/result_json.hpp"
-
 namespace takt::tools {
 
-using nlohmann::json;
-
-Figures figures_of(const json& run, const Variant& variant) {
+Figures figures_of(const rt::Run& run, const Variant& variant) {
   Figures figures;
   double cpu = 0, pss = 0, received = 0, lost = 0;
-  for (const json& process : run.at("processes")) {
-    cpu += process.at("cpu_percent").get<double>();
-    pss += process.at("pss_kb").get<double>();
+  for (const rt::Run::Process& process : run.processes) {
+    cpu += process.cpu_percent;
+    pss += static_cast<double>(process.pss_kb);
   }
-  for (const json& callback : run.at("callbacks")) {
-    if (callback.at("kind") == "timer") continue;
-    figures.latency.merge(read_histogram(callback.at("latency_us")));
-    received += callback.at("received").get<double>();
-    lost += callback.at("lost").get<double>();
+  for (const rt::Run::Callback& callback : run.callbacks) {
+    if (callback.statistics.kind == EntityKind::timer) continue;
+    figures.latency.merge(callback.statistics.latency);
+    received += static_cast<double>(callback.statistics.received);
+    lost += static_cast<double>(callback.statistics.lost());
   }
   figures.values = {{"pss_mb", pss / 1024},
                     {"cpu_percent", cpu},
@@ -31,8 +27,8 @@ Figures figures_of(const json& run, const Variant& variant) {
                     {"received", received},
                     {"lost", lost}};
   if (variant.message_bytes != 0) {
-    figures.values["goodput_mb_s"] = received * static_cast<double>(variant.message_bytes) / 1e6 /
-                                     run.at("duration_s").get<double>();
+    figures.values["goodput_mb_s"] =
+        received * static_cast<double>(variant.message_bytes) / 1e6 / run.duration_s;
   }
   return figures;
 }

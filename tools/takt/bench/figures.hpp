@@ -7,9 +7,8 @@
 #include <map>
 #include <string>
 
-#include <nlohmann/json.hpp>
-
 #include "takt/base/histogram.hpp"
+#include "takt/measuring/run.hpp"
 
 #include "bench/experiments.hpp"
 
@@ -21,7 +20,7 @@ struct Figures {
   Histogram latency;
 };
 
-Figures figures_of(const nlohmann::json& run, const Variant& variant);
+Figures figures_of(const rt::Run& run, const Variant& variant);
 
 }  // namespace takt::tools
 

@@ -109,7 +109,7 @@ Figures run_takt(const Variant& variant, const BenchOptions& options, const EndS
              variant.words);
   const TraceFile trace;
   if (variant.is_reference_system) words = joined(words, {"--trace", trace.path()});
-  const json run = run_again(words, signals).at("runs").at(0);
+  const rt::Run run = run_once(words, signals);
   Figures figures = figures_of(run, variant);
   if (variant.is_reference_system) figures.values.merge(reference_figures(run, trace.read()));
   return figures;

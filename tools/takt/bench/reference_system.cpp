@@ -13,8 +13,6 @@
 #include "takt/base/histogram.hpp"
 #include "takt/measuring/rounds.hpp"
 
-#include "run/result_json.hpp"
-
 namespace takt::tools {
 namespace {
 
@@ -151,7 +149,7 @@ double deviation(const std::vector<double>& values) {
 
 }  // namespace
 
-std::map<std::string, double> reference_figures(const json& run, const json& timeline) {
+std::map<std::string, double> reference_figures(const rt::Run& run, const json& timeline) {
   Replay replay;
   for (const Execution& execution : read_executions(timeline)) replay.execute(execution);
   std::map<std::string, double> figures;
@@ -177,10 +175,8 @@ std::map<std::string, double> reference_figures(const json& run, const json& tim
   }
   if (periods_ms.size() >= 2) figures["planner_deviation_ms"] = deviation(periods_ms);
   Histogram from_release;
-  for (const json& chain : run.at("chains")) {
-    if (chain.at("name") == "hot_path_front") {
-      from_release.merge(read_histogram(chain.at("latency_us")));
-    }
+  for (const rt::Run::Chain& chain : run.chains) {
+    if (chain.name == "hot_path_front") from_release.merge(chain.statistics.latency);
   }
   if (from_release.count() != 0) {
     figures["hot_path_release_ms"] = rt::us(from_release.percentile(0.5)) / 1e3;

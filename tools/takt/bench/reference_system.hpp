@@ -8,6 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "takt/measuring/run.hpp"
+
 namespace takt::tools {
 
 /// From a run and its timeline:
@@ -19,8 +21,7 @@ namespace takt::tools {
 ///   planner_deviation_ms, the standard deviation of the planner's period
 /// As upstream, it skips the first nine samples that reach either command node. What has no sample
 /// is not in the result.
-std::map<std::string, double> reference_figures(const nlohmann::json& run,
-                                                const nlohmann::json& timeline);
+std::map<std::string, double> reference_figures(const rt::Run& run, const nlohmann::json& timeline);
 
 }  // namespace takt::tools
 

@@ -4,8 +4,8 @@
 
 #include "takt/base/time.hpp"
 #include "takt/measuring/output.hpp"
-#include "takt/measuring/process_json.hpp"
 #include "takt/measuring/rounds.hpp"
+#include "takt/measuring/run.hpp"
 
 #include "analyze/analyzed_file.hpp"
 #include "analyze/sweep.hpp"
@@ -93,7 +93,7 @@ void run(Options options) {
     document["suggestions"] = print_suggestions(file, most, prints);
   }
   if (!options.report.empty()) {
-    json page = rt::result_document(json::array());
+    json page = rt::result_document({});
     page["analyses"] = json::array({document});
     const bool has_nodes = program_words().empty();  // a program's are not known here
     write_report(page, options.report,

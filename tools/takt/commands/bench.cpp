@@ -15,8 +15,8 @@
 #include "takt/base/time.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
-#include "takt/measuring/process_json.hpp"
 #include "takt/measuring/rounds.hpp"
+#include "takt/measuring/run.hpp"
 
 #include "bench/experiments.hpp"
 #include "bench/measure.hpp"
@@ -309,7 +309,7 @@ void bench(const BenchOptions& options) {
       if (variant.missing.empty()) course.total += static_cast<std::size_t>(options.repeat);
     }
   }
-  json document = rt::result_document(json::array());
+  json document = rt::result_document({});
   document["paper"] = rt::parse_json(kPaperFigures);
   document["experiments"] = json::array();
   for (const Experiment* experiment : chosen) {

@@ -14,8 +14,8 @@
 #include "takt/base/time.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 #include "takt/measuring/output.hpp"
-#include "takt/measuring/process_json.hpp"
 #include "takt/measuring/rounds.hpp"
+#include "takt/measuring/run.hpp"
 
 #include "commands.hpp"
 #include "exit_status.hpp"
@@ -32,8 +32,6 @@
 
 namespace takt::tools::compare_command {
 namespace {
-
-using nlohmann::json;
 
 struct Options {
   std::vector<std::string> files;
@@ -115,12 +113,12 @@ std::string per_second(std::uint64_t count, const Comparison& row) {
 }
 
 std::vector<std::string> cells_of(const Comparison& row) {
-  std::vector<std::string> cells{row.setup.threads_text(),
-                                 fmt::format("{:.2f}{}", row.seconds, row.is_long ? "!" : ""),
-                                 std::to_string(row.received), per_second(row.received, row)};
+  std::vector<std::string> cells{
+      row.setup.threads_text(), fmt::format("{:.2f}{}", row.seconds, row.is_long ? "!" : ""),
+      std::to_string(row.messages.received), per_second(row.messages.received, row)};
   for (const std::optional<std::uint64_t> count :
-       {std::optional(row.lost), std::optional(row.dropped), std::optional(row.overruns), row.late,
-        row.too_late, std::optional(row.deadline_misses)}) {
+       {std::optional(row.lost), std::optional(row.messages.dropped), std::optional(row.overruns),
+        row.messages.late, row.messages.too_late, std::optional(row.messages.deadline_misses)}) {
     cells.push_back(count ? std::to_string(*count) : "-");
   }
   for (std::string& cell : percentiles(row.latency)) cells.push_back(std::move(cell));
@@ -244,10 +242,10 @@ std::string what_differs(const Comparison& row) {
 }
 
 /// Runs all rows in turn for each repeat. Returns the runs, and why some are missing, if so.
-std::pair<json, std::optional<Interrupted>> measure(std::vector<Comparison>& rows,
-                                                    const Options& options) {
+std::pair<std::vector<rt::Run>, std::optional<Interrupted>> measure(std::vector<Comparison>& rows,
+                                                                    const Options& options) {
   const EndSignals signals;
-  json runs = json::array();
+  std::vector<rt::Run> runs;
   const std::size_t total = rows.size() * static_cast<std::size_t>(options.repeat);
   const Nanoseconds asked = parse_run_time(options.duration);
   std::optional<Interrupted> interrupted;
@@ -256,9 +254,8 @@ std::pair<json, std::optional<Interrupted>> measure(std::vector<Comparison>& row
     for (int repeat = 0; repeat < options.repeat; ++repeat) {
       for (Comparison& row : rows) {
         line.step(what_differs(row), runs.size(), total, asked);
-        json run =
-            run_again(words_of(row, options), signals, !program_words().empty()).at("runs").at(0);
-        run["repeat"] = repeat;
+        rt::Run run = run_once(words_of(row, options), signals, !program_words().empty());
+        run.repeat = static_cast<std::uint64_t>(repeat);
         add_run(row, run, asked);
         runs.push_back(std::move(run));
       }
@@ -353,7 +350,7 @@ void compare(Options options) {
   std::vector<Comparison> rows = rows_of(options);
   parse_run_time(options.duration);
   const Against against = find_against(options, rows);
-  const bool is_comparison = rows.size() > options.files.size() || !against.stored.is_null();
+  const bool is_comparison = rows.size() > options.files.size() || against.stored.has_value();
   check_outputs(options);
   begin_work();
   auto [runs, interrupted] = measure(rows, options);
@@ -364,10 +361,10 @@ void compare(Options options) {
     print(rows, options.repeat);
     if (is_comparison) print_verdicts(compared, against);
   }
-  json document = rt::result_document(std::move(runs));
+  nlohmann::json document = rt::result_document(runs);
   document["bucket_limits_us"] = rt::bucket_limits_us();
   document["ratios"] = ratios_json(compared);
-  options.results.write(document);
+  options.results.write(document, runs, true, compared);
   if (!interrupted && !options.save.empty()) write_json(document, stored_path(options.save));
   const bool has_nodes = program_words().empty();  // a program's are not known here
   if (!options.report.empty()) {

@@ -19,7 +19,7 @@
 #include "takt/measuring/cyclic.hpp"
 #include "takt/measuring/load.hpp"
 #include "takt/measuring/output.hpp"
-#include "takt/measuring/process_json.hpp"
+#include "takt/measuring/run.hpp"
 #include "takt/sched/threads/cpu_dma_latency.hpp"
 #include "takt/sched/threads/memory_lock.hpp"
 
@@ -277,7 +277,7 @@ void latency(const Options& options) {
   if (!options.histogram_file.empty()) write_histogram(rows, cyclic, options);
   if (!options.json.empty()) write_json(to_json(rows, cyclic, outcome), options.json);
   if (!options.report.empty()) {
-    nlohmann::json page = rt::result_document(nlohmann::json::array());
+    nlohmann::json page = rt::result_document({});
     page["jitter"] = to_json(rows, cyclic, outcome);
     write_report(std::move(page), options.report);
   }

@@ -5,13 +5,16 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <type_traits>
 
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
 #include "takt/containers/model/assumption.hpp"
 #include "takt/containers/model/coverage.hpp"
+#include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
+#include "takt/measuring/run_fields.hpp"
 
 #include "commands.hpp"
 #include "embedded.hpp"
@@ -31,14 +34,7 @@ std::size_t width(std::string_view text) {
       std::count_if(text.begin(), text.end(), [](char byte) { return (byte & 0xc0) != 0x80; }));
 }
 
-std::string table(const ReferenceSection& section) {
-  std::vector<Row> rows{{"key", "value", "default", "meaning"}};
-  for (const ReferenceKey& key : section.keys) {
-    const std::string otherwise = key.is_required             ? "needed"
-                                  : key.default_value.empty() ? "–"
-                                                              : key.default_value;
-    rows.push_back({"`" + key.key + "`", key.value, otherwise, key.meaning});
-  }
+std::string table(const std::vector<Row>& rows) {
   std::string result;
   std::string line;
   for (const Row& row : rows) {
@@ -57,12 +53,23 @@ std::string table(const ReferenceSection& section) {
   return result;
 }
 
+std::string table(const ReferenceSection& section) {
+  std::vector<Row> rows{{"key", "value", "default", "meaning"}};
+  for (const ReferenceKey& key : section.keys) {
+    const std::string otherwise = key.is_required             ? "needed"
+                                  : key.default_value.empty() ? "–"
+                                                              : key.default_value;
+    rows.push_back({"`" + key.key + "`", key.value, otherwise, key.meaning});
+  }
+  return table(rows);
+}
+
 void replace(std::string& page, const std::string& name, std::string_view text) {
   const std::string place = "{{" + name + "}}";
   const std::size_t at = page.find(place);
   if (at == std::string::npos) {
     throw Error(fmt::format("the page has no placeholder for '{}'", name),
-                fmt::format("write {} into docs/reference/configuration.md.in", place));
+                fmt::format("write {} into its .in file in docs/reference", place));
   }
   page.replace(at, place.size(), text);
 }
@@ -152,17 +159,87 @@ std::string guarantees_reference() {
   return page;
 }
 
+// ---- Results ----
+
+template <class Value>
+std::string kind_of(const std::string& key) {
+  if constexpr (std::is_same_v<Value, Histogram>) return "distribution, µs";
+  if constexpr (std::is_same_v<Value, bool>) return "true or false";
+  if constexpr (std::is_same_v<Value, std::string> || std::is_enum_v<Value>) return "text";
+  for (const auto& [end, unit] :
+       {std::pair("_us", "µs"), {"_percent", "%"}, {"_kb", "kB"}, {"_s", "s"}}) {
+    if (key.ends_with(end)) return unit;
+  }
+  if constexpr (std::is_arithmetic_v<Value>) return "count";
+  if constexpr (std::is_same_v<Value, std::optional<std::uint64_t>>) return "count or null";
+  return "–";
+}
+
+template <class Of>
+std::string fields_table(const Of& row) {
+  std::vector<Row> rows{{"key", "value", "two", "meaning"}};
+  const auto add = [&]<Merge kHow, class Member, class Value>(const Field<kHow, Member>& field,
+                                                              const Value& /*value*/) {
+    rows.push_back({fmt::format("`{}`", field.name), kind_of<Value>(field.name),
+                    kHow == Merge::keep  ? "–"
+                    : kHow == Merge::sum ? "added"
+                                         : "computed",
+                    field.help});
+  };
+  for_each_field(add, row);
+  std::string text = table(rows);
+  text.pop_back();  // the line ends in the page
+  return text;
+}
+
+std::string results_reference() {
+  std::string page = kResultsPage;
+  replace(page, "run", fields_table(rt::Run()));
+  replace(page, "callbacks", fields_table(rt::Run::Callback()));
+  replace(page, "chains", fields_table(rt::Run::Chain()));
+  replace(page, "executors", fields_table(rt::Run::Executor()));
+  replace(page, "threads", fields_table(rt::Run::Thread()));
+  replace(page, "processes", fields_table(rt::Run::Process()));
+  replace(page, "topics", fields_table(rt::Run::Topic()));
+  return page;
+}
+
+/// What holds no objects of objects is on one line.
+std::string schema_text(const nlohmann::ordered_json& schema, const std::string& indent) {
+  const bool is_short =
+      !schema.is_object() || std::none_of(schema.begin(), schema.end(), [](const auto& value) {
+        return value.is_object() && !value.contains("$ref");
+      });
+  if (is_short) return rt::json_text(schema);
+  std::string text = "{";
+  for (const auto& [key, value] : schema.items()) {
+    text += fmt::format("{}\n{}  \"{}\": {}", text == "{" ? "" : ",", indent, key,
+                        schema_text(value, indent + "  "));
+  }
+  return text + "\n" + indent + "}";
+}
+
+std::string results_schema() {
+  std::string page = kResultsSchema;
+  replace(page, "run", schema_text(rt::run_schema(), "    "));
+  return page;
+}
+
 void set_up(CLI::App* command) {
   const auto page = std::make_shared<std::string>();
   one_of(command
              ->add_option("PAGE", *page,
-                          "config: the keys of configuration files, as Markdown; guarantees: what "
-                          "those of takt analyze rest on")
+                          "config: the keys of configuration files; guarantees: what those of takt "
+                          "analyze rest on; results: the figures in results, as Markdown; schema: "
+                          "of results, as JSON")
              ->required(),
-         {"config", "guarantees"});
+         {"config", "guarantees", "results", "schema"});
   command->footer("Example:\n  takt reference config > docs/reference/configuration.md\n");
   command->callback([page] {
-    rt::print("{}", *page == "config" ? configuration_reference() : guarantees_reference());
+    rt::print("{}", *page == "config"       ? configuration_reference()
+                    : *page == "guarantees" ? guarantees_reference()
+                    : *page == "results"    ? results_reference()
+                                            : results_schema());
   });
 }
 const Command registered("reference", "Generates pages of the documentation from the code", set_up);

@@ -1,5 +1,7 @@
 // takt run: runs the system described by a file, and reports measurements.
 // SPDX-License-Identifier: Apache-2.0
+#include "takt/measuring/run.hpp"
+
 #include <algorithm>
 #include <cstdlib>
 #include <map>
@@ -14,7 +16,6 @@
 #include "takt/base/time.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/measuring/output.hpp"
-#include "takt/measuring/process_json.hpp"
 #include "takt/sched/scheduler.hpp"
 
 #include "commands.hpp"
@@ -33,8 +34,6 @@
 
 namespace takt::tools::run_command {
 namespace {
-
-using nlohmann::json;
 
 /// Executions kept for each thread; they take 5 MB.
 constexpr std::size_t kTraceEvents = 65'536;
@@ -201,7 +200,7 @@ void serve_parent(const Options& options) {
 }
 
 /// Whether a trigger or a period decides when the executor of a traced thread runs.
-bool is_triggered(const std::vector<SystemDescription>& system, const json& thread,
+bool is_triggered(const std::vector<SystemDescription>& system, const rt::Run::Traced& thread,
                   const Options& options) {
   if (!options.executor.empty() && (parse_placement(options.placement) == Placement::merged ||
                                     !executors().traits(options.executor).triggered)) {
@@ -209,44 +208,13 @@ bool is_triggered(const std::vector<SystemDescription>& system, const json& thre
   }
   for (const SystemDescription& process : system) {
     for (const ExecutorDescription& executor : process.executors) {
-      const bool is_here = system.size() == 1 || process.name == thread.at("process");
-      if (!is_here || executor.name != thread.at("executor")) continue;
+      const bool is_here = system.size() == 1 || process.name == thread.process;
+      if (!is_here || executor.name != thread.executor) continue;
       return executor.trigger.kind != TriggerOptions::Kind::any ||
              executor.trigger.let_period != Nanoseconds::zero();
     }
   }
   return false;
-}
-
-/// Which executors have run which callbacks, by name; those of several processes as in `analyze`.
-json executors_json(const json& run, bool has_several_processes) {
-  const auto name_of = [&](const json& row) {
-    const std::string name = row.at("executor");
-    return has_several_processes ? row.at("process").get<std::string>() + "/" + name : name;
-  };
-  std::map<std::string, const json*> threads;  // one of each executor that has run something
-  for (const json& thread : run.at("trace")) threads[name_of(thread)] = &thread;
-  json result = json::object();
-  for (const json& callback : run.at("callbacks")) {
-    const auto thread = threads.find(name_of(callback));
-    if (thread == threads.end()) continue;
-    json& executor = result[thread->first];
-    executor["type"] = thread->second->at("executor_type");
-    executor["scheduler"] = thread->second->at("scheduler");
-    executor["callbacks"].push_back(callback.at("node").get<std::string>() + "/" +
-                                    callback.at("callback").get<std::string>());
-  }
-  return result;
-}
-
-/// The timeline of the run.
-void write_traced(json& run, const std::vector<SystemDescription>& system, const Options& options) {
-  run["traced_executors"] = executors_json(run, system.size() > 1);
-  for (json& thread : run.at("trace")) {
-    thread["is_prompt"] = thread.at("is_realtime") && !is_triggered(system, thread, options);
-  }
-  write_trace(make_trace(run), options.trace);
-  run.erase("traced_executors");
 }
 
 /// A variable that somebody exported long ago changes what runs.
@@ -261,10 +229,10 @@ void note_variables(const Options& options) {
 }
 
 /// Somebody may expect all on one executor, as Takt once did.
-void note_placement(const json& run, const Options& options) {
+void note_placement(const rt::Run& run, const Options& options) {
   if (options.executor.empty() || options.placement != "file") return;
   std::set<std::string> names;
-  for (const json& executor : run.at("executors")) names.insert(executor.at("name"));
+  for (const rt::Run::Executor& executor : run.executors) names.insert(executor.name);
   if (names.size() < 2) return;
   rt::to_stderr(
       "note: --executor {}: the executors {} keep their threads; --placement merged puts all "
@@ -273,7 +241,7 @@ void note_placement(const json& run, const Options& options) {
 }
 
 /// As run_processes.
-json run_system(const std::vector<SystemDescription>& system, const Options& options) {
+FinishedRun run_system(const std::vector<SystemDescription>& system, const Options& options) {
   const Nanoseconds duration = duration_of(options);
   if (!program_words().empty()) {
     return run_program({.words = program_words(),
@@ -302,36 +270,31 @@ void run(const Options& options) {
   if (!options.process.empty()) return serve_parent(options);
   options.results.check();
   const std::vector<SystemDescription> system = processes(options);
-  json run = run_system(system, options);
-  const auto failed = run.at("failed").get<std::vector<std::string>>();
-  run.erase("failed");
-  const int signal = run.at("signal");
-  run.erase("signal");
-  run["file"] = options.name.empty() ? with_program(options.file) : "--name " + options.name;
-  run["executor"] = options.executor.empty() ? "file" : options.executor;
-  run["placement"] = options.placement;
-  run["scheduler"] = options.scheduler.empty() ? "file" : options.scheduler;
-  run["composition"] = options.composition;
-  run["transport"] = options.transport;
-  run["repeat"] = 0;
+  auto [run, failed, signal] = run_system(system, options);
+  run.file = options.name.empty() ? with_program(options.file) : "--name " + options.name;
+  run.executor = options.executor.empty() ? "file" : options.executor;
+  run.placement = options.placement;
+  run.scheduler = options.scheduler.empty() ? "file" : options.scheduler;
+  run.composition = options.composition;
+  run.transport = options.transport;
+  run.repeat = 0;
   if (!options.results.use_stdout()) {  // else they are in it
-    for (const json& note : run.at("notes")) rt::to_stderr("note: {}\n", note.get<std::string>());
+    for (const std::string& note : run.notes) rt::to_stderr("note: {}\n", note);
     note_placement(run, options);
   }
-  if (!options.trace.empty()) write_traced(run, system, options);
-  run.erase("trace");
-  if (options.results.any() && !options.histograms) {
-    for (json& callback : run.at("callbacks")) {
-      for (const char* times : {"latency_us", "waiting_us", "take_us", "execution_us"}) {
-        callback.at(times).erase("histogram");
-      }
-    }
-    for (json& chain : run.at("chains")) chain.at("latency_us").erase("histogram");
+  if (!options.trace.empty()) {
+    if (!run.trace) run.trace.emplace();
+    write_trace(make_trace(run, system.size() > 1,
+                           [&](const rt::Run::Traced& thread) {
+                             return is_triggered(system, thread, options);
+                           }),
+                options.trace);
   }
+  run.trace.reset();
   // Write the file first: a closed stdout must not lose it.
-  json document = rt::result_document(json::array({run}));
+  nlohmann::json document = rt::result_document({run}, options.histograms);
   if (options.histograms) document["bucket_limits_us"] = rt::bucket_limits_us();
-  options.results.write(document);
+  options.results.write(document, {run}, options.histograms);
   if (!options.results.use_stdout()) {
     print_result(run);
   }

@@ -14,8 +14,8 @@
 #include "takt/executors/executor.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
-#include "takt/measuring/process_json.hpp"
 #include "takt/measuring/rounds.hpp"
+#include "takt/measuring/run.hpp"
 #include "takt/transport/shared_memory/shared_memory.hpp"
 
 #include "commands.hpp"
@@ -61,11 +61,10 @@ class System {
   }
   SelftestRun run(const std::string& executor, const std::string& transport,
                   const std::string& duration, const EndSignals& signals) const {
-    json run = run_again({"run", path_, "--executor", executor, "--transport", transport,
-                          "--duration", duration, "--trace", trace_, "--histograms", "--json", "-"},
-                         signals)
-                   .at("runs")
-                   .at(0);
+    rt::Run run =
+        run_once({"run", path_, "--executor", executor, "--transport", transport, "--duration",
+                  duration, "--trace", trace_, "--histograms", "--json", "-"},
+                 signals);
     return {executor, transport, std::move(run), read_trace(trace_), books()};
   }
 
@@ -189,7 +188,7 @@ void selftest(const Options& options) {
                       {"limit", finding.limit},
                       {"is_right", finding.is_right()}});
     }
-    json document = rt::result_document(json::array());
+    json document = rt::result_document({});
     document.erase("runs");
     document["findings"] = std::move(rows);
     document["notes"] = notes;

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "run/result_json.hpp"
+#include "takt/measuring/row_json.hpp"
 
 namespace takt::tools {
 namespace {
@@ -188,7 +188,7 @@ class Extraction {
                                       {"p99", &MeasuredChain::p99},
                                       {"p999", &MeasuredChain::p999},
                                       {"max", &MeasuredChain::longest}}) {
-        measured.*time = std::max(measured.*time, from_us(latency.at(key)));
+        measured.*time = std::max(measured.*time, rt::from_us(latency.at(key)));
       }
     }
   }

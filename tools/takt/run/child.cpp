@@ -16,13 +16,13 @@
 #include <poll.h>
 #include <sys/eventfd.h>
 
-#include "takt/measuring/process_json.hpp"
+#include "takt/measuring/row_json.hpp"
 
 #include "exit_status.hpp"
 #include "run/channel.hpp"
-#include "run/container_json.hpp"
 #include "run/end_signals.hpp"
 #include "run/latencies_over_time.hpp"
+#include "run/process_state.hpp"
 #include "run/progress.hpp"
 #include "run/result_json.hpp"
 
@@ -91,11 +91,7 @@ class Child {
     return overrides;
   }
 
-  json state() const {
-    return {{"endpoints", endpoints_json(container_)},
-            {"nodes", nodes_json(container_)},
-            {"serves_itself", serves_itself_}};
-  }
+  json state() const { return rt::row_json(state_of(container_, serves_itself_)); }
 
   enum class Event { none, command, ended };
 
@@ -135,12 +131,14 @@ class Child {
       container_.hold();
     } else if (word == "status") {
       answer = state();
-      answer["pending"] = container_.pending();
     } else if (word == "shut_down") {
       container_.shut_down();
     } else if (word == "stop") {
       container_.stop();
-      answer = {{"result", rt::process_json(container_.result())},
+      ProcessResult result = container_.result();
+      const std::vector<std::string> failed = std::move(result.failures);
+      answer = {{"run", rt::run_json(rt::run_of(std::move(result)))},
+                {"failed", failed},
                 {"over_time", slices_json(slices_.get())}};
     }
     return answer;

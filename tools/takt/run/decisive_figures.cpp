@@ -5,13 +5,10 @@
 #include <map>
 
 #include "takt/measuring/rounds.hpp"
-
-#include "run/result_json.hpp"
+#include "takt/measuring/run_fields.hpp"
 
 namespace takt::tools {
 namespace {
-
-using nlohmann::json;
 
 class FigureList {
  public:
@@ -35,23 +32,16 @@ class FigureList {
   std::vector<Figure> figures_;
 };
 
-struct ChainFigures {
-  std::uint64_t instances = 0, misses = 0;
-  Histogram latency;
-};
-
-void add_callbacks(FigureList& figures, const json& callbacks) {
+void add_callbacks(FigureList& figures, const std::vector<rt::Run::Callback>& callbacks) {
   Histogram latency, timer_latency;
-  std::uint64_t received = 0, misses = 0;
-  for (const json& callback : callbacks) {
-    const Histogram histogram = read_histogram(callback.at("latency_us"));
-    const bool is_timer = callback.at("kind") == "timer";
-    (is_timer ? timer_latency : latency).merge(histogram);
-    if (is_timer) continue;
-    received += callback.at("received").get<std::uint64_t>();
-    misses += callback.at("deadline_misses").get<std::uint64_t>();
+  CallbackCounts messages;
+  for (const rt::Run::Callback& callback : callbacks) {
+    const CallbackStatistics& counted = callback.statistics;
+    const bool is_timer = counted.kind == EntityKind::timer;
+    (is_timer ? timer_latency : latency).merge(counted.latency);
+    if (!is_timer) merge<CallbackCounts>(messages, counted);
   }
-  figures.add_count("misses", misses, received);
+  figures.add_count("misses", messages.deadline_misses, messages.received);
   figures.add_percentile("p50", latency, 0.5);
   figures.add_percentile("p99", latency, 0.99);
   figures.add_percentile("max", latency, 1);
@@ -59,14 +49,9 @@ void add_callbacks(FigureList& figures, const json& callbacks) {
 }
 
 /// A chain through several processes is in `chains` once for each.
-void add_chains(FigureList& figures, const json& chains) {
-  std::map<std::string, ChainFigures> by_name;
-  for (const json& chain : chains) {
-    ChainFigures& sum = by_name[chain.at("name")];
-    sum.instances += chain.at("instances").get<std::uint64_t>();
-    sum.misses += chain.at("misses").get<std::uint64_t>();
-    sum.latency.merge(read_histogram(chain.at("latency_us")));
-  }
+void add_chains(FigureList& figures, const std::vector<rt::Run::Chain>& chains) {
+  std::map<std::string, ChainStatistics> by_name;
+  for (const rt::Run::Chain& chain : chains) merge(by_name[chain.name], chain.statistics);
   for (const auto& [name, chain] : by_name) {
     figures.add_count(name + " misses", chain.misses, chain.instances);
     figures.add_percentile(name + " p50", chain.latency, 0.5);
@@ -76,20 +61,17 @@ void add_chains(FigureList& figures, const json& chains) {
 
 }  // namespace
 
-std::vector<Figure> decisive_figures(const json& run) {
-  const double seconds = run.at("duration_s");
-  if (!(seconds > 0)) return {};
-  FigureList figures(seconds);
-  add_callbacks(figures, run.at("callbacks"));
+std::vector<Figure> decisive_figures(const rt::Run& run) {
+  if (!(run.duration_s > 0)) return {};
+  FigureList figures(run.duration_s);
+  add_callbacks(figures, run.callbacks);
   double cpu_percent = 0;
-  for (const json& process : run.at("processes")) {
-    cpu_percent += process.at("cpu_percent").get<double>();
-  }
+  for (const rt::Run::Process& process : run.processes) cpu_percent += process.cpu_percent;
   figures.add("cpu_%", cpu_percent);
   std::uint64_t wakeups = 0;
-  for (const json& thread : run.at("threads")) wakeups += thread.at("wakeups").get<std::uint64_t>();
+  for (const rt::Run::Thread& thread : run.threads) wakeups += thread.wakeups;
   figures.add_count("wakeups/s", wakeups, wakeups);
-  add_chains(figures, run.at("chains"));
+  add_chains(figures, run.chains);
   return figures.take();
 }
 

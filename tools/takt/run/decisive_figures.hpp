@@ -8,9 +8,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "takt/base/histogram.hpp"
+#include "takt/measuring/run.hpp"
 
 namespace takt::tools {
 
@@ -24,7 +23,7 @@ struct Figure {
 };
 
 /// In the order of the table. What has no sample in this run is not among them.
-std::vector<Figure> decisive_figures(const nlohmann::json& run);
+std::vector<Figure> decisive_figures(const rt::Run& run);
 
 /// In proportion within its bucket, so that two runs differ by what was measured: the limits of two
 /// buckets, which are what tables show, are equal or 3 % apart.

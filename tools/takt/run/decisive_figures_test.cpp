@@ -4,13 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "takt/measuring/process_json.hpp"
+#include "takt/measuring/run.hpp"
 
 namespace takt::tools {
 namespace {
 
 using namespace std::chrono_literals;
-using nlohmann::json;
 
 std::vector<std::string> names_of(const std::vector<Figure>& figures) {
   std::vector<std::string> names;
@@ -40,7 +39,7 @@ TEST(DecisiveFigures, AreInTheOrderOfTheTableThenOfTheChains) {
   process.chains[0].statistics.latency.record(1ms);
   process.threads.resize(1);
   process.threads[0].statistics.counters.voluntary_switches = 400;
-  const std::vector<Figure> figures = decisive_figures(rt::process_json(process));
+  const std::vector<Figure> figures = decisive_figures(rt::run_of(process));
   EXPECT_THAT(names_of(figures),
               testing::ElementsAre("misses", "p50", "p99", "max", "timer_p99", "cpu_%", "wakeups/s",
                                    "joint misses", "joint p50", "joint p99"));
@@ -64,10 +63,10 @@ TEST(DecisiveFigures, AreInTheOrderOfTheTableThenOfTheChains) {
 TEST(DecisiveFigures, WithoutASampleThereIsNoPercentile) {
   ProcessResult process;
   process.duration_s = 1;
-  EXPECT_THAT(names_of(decisive_figures(rt::process_json(process))),
+  EXPECT_THAT(names_of(decisive_figures(rt::run_of(process))),
               testing::ElementsAre("misses", "cpu_%", "wakeups/s"));
   process.duration_s = 0;
-  EXPECT_TRUE(decisive_figures(rt::process_json(process)).empty());
+  EXPECT_TRUE(decisive_figures(rt::run_of(process)).empty());
 }
 
 /// As limits of buckets, figures of two runs were equal, or 3 % apart.

@@ -6,25 +6,26 @@
 namespace takt::tools {
 namespace {
 
-using nlohmann::json;
+using Endpoint = ProcessState::Endpoint;
 
-/// Calls `pair(writer, reader, process of the reader)` for each writer and reader of the same DDS
-/// topic.
+/// Calls `pair(process of the writer, its index, process of the reader, its index)` for each writer
+/// and reader of the same DDS topic.
 template <class Pair>
-void for_each_pair(const std::vector<json>& processes, Pair&& pair) {
+void for_each_pair(const std::vector<ProcessState>& processes, Pair&& pair) {
   for (std::size_t from = 0; from < processes.size(); ++from) {
-    for (const json& writer : processes[from].at("endpoints")) {
-      if (!writer.at("is_writer")) continue;
+    const std::vector<Endpoint>& writers = processes[from].endpoints;
+    for (std::size_t j = 0; j < writers.size(); ++j) {
+      const Endpoint& writer = writers[j];
+      if (!writer.is_writer) continue;
       for (std::size_t to = 0; to < processes.size(); ++to) {
         // Count messages within a process if they also use DDS.
-        if (to == from && !processes[from].at("serves_itself")) continue;
-        const json& readers = processes[to].at("endpoints");
+        if (to == from && !processes[from].serves_itself) continue;
+        const std::vector<Endpoint>& readers = processes[to].endpoints;
         for (std::size_t i = 0; i < readers.size(); ++i) {
-          const json& reader = readers[i];
-          if (!reader.at("is_writer") && reader.at("topic") == writer.at("topic") &&
-              reader.at("type") == writer.at("type") &&
-              (writer.at("is_reliable") || !reader.at("is_reliable"))) {
-            pair(from, writer, to, i);
+          const Endpoint& reader = readers[i];
+          if (!reader.is_writer && reader.topic == writer.topic && reader.type == writer.type &&
+              (writer.is_reliable || !reader.is_reliable)) {
+            pair(from, j, to, i);
           }
         }
       }
@@ -32,54 +33,50 @@ void for_each_pair(const std::vector<json>& processes, Pair&& pair) {
   }
 }
 
+std::vector<std::vector<std::uint64_t>> zeros(const std::vector<ProcessState>& processes) {
+  std::vector<std::vector<std::uint64_t>> counts;
+  for (const ProcessState& process : processes) counts.emplace_back(process.endpoints.size(), 0);
+  return counts;
+}
+
 }  // namespace
 
-std::vector<json> count_matches(const std::vector<json>& processes) {
-  std::vector<json> wanted;
-  for (const json& process : processes) {
-    wanted.push_back(std::vector<int>(process.at("endpoints").size(), 0));
-  }
-  const auto add_one = [](json& count) { count = count.get<int>() + 1; };
-  for_each_pair(processes,
-                [&](std::size_t from, const json& writer, std::size_t to, std::size_t i) {
-                  add_one(wanted[to][i]);
-                  const json& endpoints = processes[from].at("endpoints");
-                  for (std::size_t j = 0; j < endpoints.size(); ++j) {
-                    if (&endpoints[j] == &writer) add_one(wanted[from][j]);
-                  }
-                });
+std::vector<std::vector<std::uint64_t>> count_matches(const std::vector<ProcessState>& processes) {
+  auto wanted = zeros(processes);
+  for_each_pair(processes, [&](std::size_t from, std::size_t j, std::size_t to, std::size_t i) {
+    ++wanted[to][i];
+    ++wanted[from][j];
+  });
   return wanted;
 }
 
-std::vector<std::vector<std::uint64_t>> count_sent(const std::vector<json>& processes) {
-  std::vector<std::vector<std::uint64_t>> sent;
-  for (const json& process : processes) sent.emplace_back(process.at("endpoints").size(), 0);
-  for_each_pair(processes, [&](std::size_t, const json& writer, std::size_t to, std::size_t i) {
-    sent[to][i] += writer.at("messages").get<std::uint64_t>();
+std::vector<std::vector<std::uint64_t>> count_sent(const std::vector<ProcessState>& processes) {
+  auto sent = zeros(processes);
+  for_each_pair(processes, [&](std::size_t from, std::size_t j, std::size_t to, std::size_t i) {
+    sent[to][i] += processes[from].endpoints[j].messages;
   });
   return sent;
 }
 
-Ends ends_of(const std::vector<json>& processes) {
+Ends ends_of(const std::vector<ProcessState>& processes) {
   Ends ends;
   for (std::size_t process = 0; process < processes.size(); ++process) {
-    for (const json& endpoint : processes[process].at("endpoints")) {
-      ends[endpoint.at("topic")].emplace(process, endpoint.at("id").get<std::uint64_t>());
+    for (const Endpoint& endpoint : processes[process].endpoints) {
+      ends[endpoint.topic].emplace(process, endpoint.id);
     }
   }
   return ends;
 }
 
-bool all_is_served(const std::vector<json>& processes, const Countable& is_countable) {
+bool all_is_served(const std::vector<ProcessState>& processes, const Countable& is_countable) {
   const auto sent = count_sent(processes);
   const Ends ends = ends_of(processes);
   for (std::size_t process = 0; process < processes.size(); ++process) {
-    if (processes[process].at("pending") != 0) return false;
-    const json& endpoints = processes[process].at("endpoints");
+    if (processes[process].pending != 0) return false;
+    const std::vector<Endpoint>& endpoints = processes[process].endpoints;
     for (std::size_t i = 0; i < endpoints.size(); ++i) {
-      if (!endpoints[i].at("is_writer") && endpoints[i].at("is_reliable") &&
-          endpoints[i].at("messages").get<std::uint64_t>() < sent[process][i] &&
-          is_countable(ends, endpoints[i].at("topic"))) {
+      if (!endpoints[i].is_writer && endpoints[i].is_reliable &&
+          endpoints[i].messages < sent[process][i] && is_countable(ends, endpoints[i].topic)) {
         return false;
       }
     }
@@ -87,35 +84,30 @@ bool all_is_served(const std::vector<json>& processes, const Countable& is_count
   return true;
 }
 
-void complete_callbacks(json& callbacks, const json& endpoints,
+void complete_callbacks(std::vector<rt::Run::Callback>& callbacks,
+                        const std::vector<Endpoint>& endpoints,
                         const std::vector<std::uint64_t>& sent, const Ends& ends,
                         const Countable& is_countable) {
   std::vector<bool> used(endpoints.size(), false);
-  for (json& callback : callbacks) {
-    if (callback.at("kind") != "subscription") continue;
+  for (rt::Run::Callback& callback : callbacks) {
+    CallbackStatistics& counted = callback.statistics;
+    if (counted.kind != EntityKind::subscription) continue;
     for (std::size_t i = 0; i < endpoints.size(); ++i) {
-      if (used[i] || endpoints[i].at("is_writer") ||
-          endpoints[i].at("topic") != callback.at("topic")) {
-        continue;
-      }
+      if (used[i] || endpoints[i].is_writer || endpoints[i].topic != counted.topic) continue;
       used[i] = true;
-      if (!is_countable(ends, endpoints[i].at("topic"))) break;
-      const auto number = [&](const char* key) { return callback.at(key).get<std::uint64_t>(); };
-      const std::uint64_t expected = number("expected") - number("from_outside") + sent[i];
-      const std::uint64_t served = number("received") + number("dropped");
-      callback["expected"] = expected;
-      callback["lost"] = expected > served ? expected - served : 0;
+      if (is_countable(ends, endpoints[i].topic)) {
+        counted.expected = counted.expected - counted.from_outside + sent[i];
+      }
       break;
     }
   }
 }
 
-bool uses_shared_memory(const std::vector<json>& processes) {
-  return std::any_of(processes.begin(), processes.end(), [](const json& process) {
-    const json& endpoints = process.at("endpoints");
-    return std::any_of(endpoints.begin(), endpoints.end(), [](const json& endpoint) {
-      return endpoint.at("transport") == "shared memory";
-    });
+bool uses_shared_memory(const std::vector<ProcessState>& processes) {
+  return std::any_of(processes.begin(), processes.end(), [](const ProcessState& process) {
+    return std::any_of(
+        process.endpoints.begin(), process.endpoints.end(),
+        [](const Endpoint& endpoint) { return endpoint.transport == "shared memory"; });
   });
 }
 

@@ -13,19 +13,19 @@
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
+#include "run/process_state.hpp"
 
 namespace takt::tools {
 
 /// The number of matching endpoints in other processes, by process and endpoint.
-std::vector<nlohmann::json> count_matches(const std::vector<nlohmann::json>& processes);
+std::vector<std::vector<std::uint64_t>> count_matches(const std::vector<ProcessState>& processes);
 
 /// The number of messages sent to each reader from other processes, in the same order.
-std::vector<std::vector<std::uint64_t>> count_sent(const std::vector<nlohmann::json>& processes);
+std::vector<std::vector<std::uint64_t>> count_sent(const std::vector<ProcessState>& processes);
 
 /// The endpoints of each topic: process and index.
 using Ends = std::map<std::string, std::set<std::pair<std::size_t, std::uint64_t>>>;
-Ends ends_of(const std::vector<nlohmann::json>& processes);
+Ends ends_of(const std::vector<ProcessState>& processes);
 
 /// Topics for which sent and received messages can be compared: every writer can still be queried,
 /// and every reader existed from the start. These have the same endpoints as at the start, if no
@@ -47,15 +47,16 @@ class Countable {
 
 /// Whether no callback is pending and all counted messages have arrived. More messages than were
 /// sent also count as arrived: a process outside the run may publish, for example `takt component`.
-bool all_is_served(const std::vector<nlohmann::json>& processes, const Countable& is_countable);
+bool all_is_served(const std::vector<ProcessState>& processes, const Countable& is_countable);
 
 /// Adds the number of messages sent by other processes to the callbacks of a process, which cannot
 /// know it. `ends`: the endpoints of all processes.
-void complete_callbacks(nlohmann::json& callbacks, const nlohmann::json& endpoints,
+void complete_callbacks(std::vector<rt::Run::Callback>& callbacks,
+                        const std::vector<ProcessState::Endpoint>& endpoints,
                         const std::vector<std::uint64_t>& sent, const Ends& ends,
                         const Countable& is_countable);
 
-bool uses_shared_memory(const std::vector<nlohmann::json>& processes);
+bool uses_shared_memory(const std::vector<ProcessState>& processes);
 
 }  // namespace takt::tools
 

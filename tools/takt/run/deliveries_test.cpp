@@ -8,47 +8,53 @@
 namespace takt::tools {
 namespace {
 
-using nlohmann::json;
 using testing::ElementsAre;
 
-json endpoint(const char* topic, bool is_writer, int messages = 0, bool is_reliable = true) {
-  static int id = 0;
-  return {{"topic", topic},         {"type", "T"},          {"id", ++id},
-          {"is_writer", is_writer}, {"messages", messages}, {"is_reliable", is_reliable},
-          {"transport", "UDP"}};
+using Endpoint = ProcessState::Endpoint;
+
+Endpoint endpoint(const char* topic, bool is_writer, std::uint64_t messages, bool is_reliable) {
+  static std::uint64_t id = 0;
+  return {{.topic = topic,
+           .type = "T",
+           .is_writer = is_writer,
+           .is_reliable = is_reliable,
+           .messages = messages,
+           .transport = "UDP"},
+          ++id};
 }
-json writer(const char* topic, int messages = 0, bool is_reliable = true) {
+Endpoint writer(const char* topic, std::uint64_t messages = 0, bool is_reliable = true) {
   return endpoint(topic, true, messages, is_reliable);
 }
-json reader(const char* topic, int messages = 0, bool is_reliable = true) {
+Endpoint reader(const char* topic, std::uint64_t messages = 0, bool is_reliable = true) {
   return endpoint(topic, false, messages, is_reliable);
 }
-json process(const std::vector<json>& endpoints, int pending = 0, bool serves_itself = false) {
-  return {{"endpoints", endpoints}, {"pending", pending}, {"serves_itself", serves_itself}};
+ProcessState process(const std::vector<Endpoint>& endpoints, std::uint64_t pending = 0,
+                     bool serves_itself = false) {
+  return {.endpoints = endpoints, .serves_itself = serves_itself, .pending = pending};
 }
-Countable all_of(const std::vector<json>& processes) {
+Countable all_of(const std::vector<ProcessState>& processes) {
   return Countable(ends_of(processes), [] { return true; });
 }
 
 TEST(Deliveries, CountTheMatchesOfEachEndInOtherProcesses) {
-  const std::vector<json> wanted =
+  const auto wanted =
       count_matches({process({writer("/a"), reader("/a"), writer("/b")}),
                      process({reader("/a"), reader("/c")}), process({reader("/a")})});
-  EXPECT_THAT(wanted, ElementsAre(json::array({2, 0, 0}), json::array({1, 0}), json::array({1})));
+  EXPECT_THAT(wanted, ElementsAre(ElementsAre(2, 0, 0), ElementsAre(1, 0), ElementsAre(1)));
 }
 
 TEST(Deliveries, CountTheProcessItselfWhereItServesItselfByDds) {
-  const json itself = process({writer("/a"), reader("/a")}, 0, /*serves_itself=*/true);
-  EXPECT_THAT(count_matches({itself}), ElementsAre(json::array({1, 1})));
+  const ProcessState itself = process({writer("/a"), reader("/a")}, 0, /*serves_itself=*/true);
+  EXPECT_THAT(count_matches({itself}), ElementsAre(ElementsAre(1, 1)));
 }
 
 TEST(Deliveries, MatchTypesAndReliabilityAsDdsDoes) {
-  json other = reader("/a");
-  other["type"] = "U";
-  const std::vector<json> wanted =
+  Endpoint other = reader("/a");
+  other.type = "U";
+  const auto wanted =
       count_matches({process({writer("/a", 0, /*is_reliable=*/false)}),
                      process({other, reader("/a"), reader("/a", 0, /*is_reliable=*/false)})});
-  EXPECT_THAT(wanted, ElementsAre(json::array({1}), json::array({0, 0, 1})));
+  EXPECT_THAT(wanted, ElementsAre(ElementsAre(1), ElementsAre(0, 0, 1)));
 }
 
 TEST(Deliveries, AddUpWhatSeveralHaveSentToAReader) {
@@ -59,9 +65,9 @@ TEST(Deliveries, AddUpWhatSeveralHaveSentToAReader) {
 }
 
 TEST(Deliveries, AreServedWhenAllHasArrivedAndNothingIsPending) {
-  const auto all_is = [](int received, int pending, bool is_reliable) {
-    const std::vector<json> processes{process({writer("/a", 3)}),
-                                      process({reader("/a", received, is_reliable)}, pending)};
+  const auto all_is = [](std::uint64_t received, std::uint64_t pending, bool is_reliable) {
+    const std::vector<ProcessState> processes{
+        process({writer("/a", 3)}), process({reader("/a", received, is_reliable)}, pending)};
     return all_is_served(processes, all_of(processes));
   };
   EXPECT_TRUE(all_is(3, 0, true));
@@ -72,42 +78,50 @@ TEST(Deliveries, AreServedWhenAllHasArrivedAndNothingIsPending) {
 }
 
 TEST(Deliveries, AreNotCountedWhereAnEndHasComeOrAProcessHasDied) {
-  const std::vector<json> before{process({writer("/a", 3)}), process({reader("/a", 2)})};
-  std::vector<json> after = before;
+  const std::vector<ProcessState> before{process({writer("/a", 3)}), process({reader("/a", 2)})};
+  std::vector<ProcessState> after = before;
   after.push_back(process({reader("/a", 1)}));
   EXPECT_TRUE(all_is_served(after, Countable(ends_of(before), [] { return true; })));
   EXPECT_TRUE(all_is_served(before, Countable(ends_of(before), [] { return false; })));
   EXPECT_FALSE(all_is_served(before, Countable(ends_of(before), [] { return true; })));
 }
 
-json subscription(int expected, int from_outside, int received, int dropped) {
-  return {{"kind", "subscription"},       {"topic", "/a"},        {"expected", expected},
-          {"from_outside", from_outside}, {"received", received}, {"dropped", dropped}};
+rt::Run::Callback subscription(std::uint64_t expected, std::uint64_t from_outside,
+                               std::uint64_t received, std::uint64_t dropped) {
+  rt::Run::Callback callback;
+  callback.statistics.kind = EntityKind::subscription;
+  callback.statistics.topic = "/a";
+  callback.statistics.expected = expected;
+  callback.statistics.from_outside = from_outside;
+  callback.statistics.received = received;
+  callback.statistics.dropped = dropped;
+  return callback;
 }
 
 TEST(Deliveries, CompleteWhatASubscriptionCouldExpect) {
-  const std::vector<json> processes{process({writer("/a", 10)}),
-                                    process({writer("/a", 2), reader("/a", 9)})};
+  const std::vector<ProcessState> processes{process({writer("/a", 10)}),
+                                            process({writer("/a", 2), reader("/a", 9)})};
   // 2 from its own process by pointer, and 10 from the other; 9 were received, one was dropped.
-  json callbacks = json::array({subscription(2 + 8, 8, 9, 1)});
-  complete_callbacks(callbacks, processes[1].at("endpoints"), count_sent(processes)[1],
+  std::vector<rt::Run::Callback> callbacks{subscription(2 + 8, 8, 9, 1)};
+  complete_callbacks(callbacks, processes[1].endpoints, count_sent(processes)[1],
                      ends_of(processes), all_of(processes));
-  EXPECT_EQ(callbacks[0].at("expected"), 12);
-  EXPECT_EQ(callbacks[0].at("lost"), 2);
+  EXPECT_EQ(callbacks[0].statistics.expected, 12u);
+  EXPECT_EQ(callbacks[0].statistics.lost(), 2u);
 }
 
 TEST(Deliveries, LeaveASubscriptionAsItIsWhereNothingCanBeCounted) {
-  const std::vector<json> processes{process({writer("/a", 10)}), process({reader("/a", 8)})};
-  const json before = json::array({subscription(8, 8, 8, 0)});
-  json callbacks = before;
-  complete_callbacks(callbacks, processes[1].at("endpoints"), count_sent(processes)[1],
+  const std::vector<ProcessState> processes{process({writer("/a", 10)}),
+                                            process({reader("/a", 8)})};
+  std::vector<rt::Run::Callback> callbacks{subscription(8, 8, 8, 0)};
+  complete_callbacks(callbacks, processes[1].endpoints, count_sent(processes)[1],
                      ends_of(processes), Countable({}, [] { return true; }));
-  EXPECT_EQ(callbacks, before);
+  EXPECT_EQ(callbacks[0].statistics.expected, 8u);
+  EXPECT_EQ(callbacks[0].statistics.lost(), 0u);
 }
 
 TEST(Deliveries, SayWhetherSharedMemoryIsUsed) {
-  json shared = writer("/a");
-  shared["transport"] = "shared memory";
+  Endpoint shared = writer("/a");
+  shared.transport = "shared memory";
   EXPECT_FALSE(uses_shared_memory({process({writer("/a")}), process({reader("/a")})}));
   EXPECT_TRUE(uses_shared_memory({process({writer("/b")}), process({reader("/b"), shared})}));
 }

@@ -16,17 +16,15 @@
 #include <unistd.h>
 
 #include "takt/containers/process_usage.hpp"
-#include "takt/measuring/process_json.hpp"
-#include "takt/measuring/rounds.hpp"
+#include "takt/measuring/row_json.hpp"
 
 #include "exit_status.hpp"
 #include "run/child.hpp"
-#include "run/container_json.hpp"
 #include "run/deliveries.hpp"
 #include "run/end_signals.hpp"
 #include "run/latencies_over_time.hpp"
+#include "run/process_state.hpp"
 #include "run/progress.hpp"
-#include "run/result_json.hpp"
 #include "run/shared_memory.hpp"
 #include "run/supervisor.hpp"
 
@@ -58,8 +56,8 @@ int wait_for_end(Nanoseconds duration, const EndSignals& signals, Container& con
   return 0;
 }
 
-json run_here(SystemDescription system, ContainerOverrides overrides, Nanoseconds duration,
-              EndSignals& signals, bool loads) {
+FinishedRun run_here(SystemDescription system, ContainerOverrides overrides, Nanoseconds duration,
+                     EndSignals& signals, bool loads) {
   std::vector<ComponentDescription> later;
   if (loads) later.swap(system.components);
   EndGuard guard(signals);
@@ -83,26 +81,35 @@ json run_here(SystemDescription system, ContainerOverrides overrides, Nanosecond
   container.hold();
   container.shut_down();
   container.stop();
-  json result = rt::process_json(container.result());
-  result["over_time"] = combined_over_time({slices_json(overrides.slices.get())});
-  add_topics(result["topics"] = json::array(), system.name, endpoints_json(container));
-  result["signal"] = end == SIGUSR1 ? 0 : end;
-  return result;
+  ProcessResult result = container.result();
+  FinishedRun finished{.failed = std::move(result.failures), .signal = end == SIGUSR1 ? 0 : end};
+  finished.run = rt::run_of(std::move(result));
+  finished.run.over_time = combined_over_time({slices_json(overrides.slices.get())});
+  add_topics(finished.run, system.name, state_of(container, false).endpoints);
+  return finished;
 }
 
-bool is_any_pending(const std::vector<json>& processes) {
+std::vector<ProcessState> states_of(const std::vector<json>& answers) {
+  std::vector<ProcessState> states(answers.size());
+  for (std::size_t i = 0; i < answers.size(); ++i) {
+    rt::read_value(answers[i], states[i], {nullptr, "the state of a process"});
+  }
+  return states;
+}
+
+bool is_any_pending(const std::vector<ProcessState>& processes) {
   return std::any_of(processes.begin(), processes.end(),
-                     [](const json& process) { return process.at("pending") != 0; });
+                     [](const ProcessState& process) { return process.pending != 0; });
 }
 
 /// Waits until all messages are served, nothing moves any more, or the time is over; returns the
 /// state of all processes.
-std::vector<json> drain(Supervisor& supervisor, const Countable& is_countable) {
+std::vector<ProcessState> drain(Supervisor& supervisor, const Countable& is_countable) {
   TimePoint moved = Clock::steady().now();
   const TimePoint limit = later(moved, kDrainLimit);
-  std::vector<json> before;
+  std::vector<ProcessState> before;
   for (;;) {
-    std::vector<json> now = supervisor.ask("status");
+    std::vector<ProcessState> now = states_of(supervisor.ask("status"));
     const TimePoint time = Clock::steady().now();
     if (now != before || is_any_pending(now)) moved = time;
     // Require the same result twice: a message can be in transit from a process that was queried
@@ -121,13 +128,11 @@ class Attendant {
  public:
   Attendant(std::string name, pid_t process) : name_(std::move(name)), process_(process) {}
   /// Of the measured time.
-  json usage() const {
+  rt::Run::Process usage() const {
     const Nanoseconds cpu_time = process_cpu_time(process_) - before_;
-    return {{"name", name_},
-            {"pss_kb", proportional_set_size_kb(process_)},
-            {"cpu_percent", 100 * rt::us(cpu_time) / rt::us(Clock::steady().now() - start_)},
-            {"allocations_while_spinning", json()},
-            {"allocations_in_dds", json()}};
+    return {.name = name_,
+            .pss_kb = proportional_set_size_kb(process_),
+            .cpu_percent = 100 * rt::us(cpu_time) / rt::us(Clock::steady().now() - start_)};
   }
 
  private:
@@ -137,10 +142,10 @@ class Attendant {
   const Nanoseconds before_ = process_cpu_time(process_);
 };
 
-json run_apart(const std::vector<SystemDescription>& processes, const RunOptions& options,
-               pid_t roudi, const EndSignals& signals) {
+FinishedRun run_apart(const std::vector<SystemDescription>& processes, const RunOptions& options,
+                      pid_t roudi, const EndSignals& signals) {
   Supervisor supervisor(processes, options.words, signals);
-  const std::vector<json> made = supervisor.hear();
+  const std::vector<ProcessState> made = states_of(supervisor.hear());
   check_names(made);
   begin_work();
   supervisor.ask_to_match(count_matches(made));
@@ -151,41 +156,32 @@ json run_apart(const std::vector<SystemDescription>& processes, const RunOptions
   supervisor.watch(options.duration);
   supervisor.bound_end(uses_shared_memory(made));
   supervisor.ask("hold");
-  json usages = json::array();
+  std::vector<rt::Run::Process> usages;
   for (const Attendant& attendant : attendants) usages.push_back(attendant.usage());
   const Countable is_countable(ends_of(made), [&] { return supervisor.are_complete(); });
-  const std::vector<json> states = drain(supervisor, is_countable);
+  const std::vector<ProcessState> states = drain(supervisor, is_countable);
   const Ends ends = ends_of(states);
   const auto sent = count_sent(states);
   supervisor.ask("shut_down");
   const std::vector<json> answers = supervisor.ask("stop");
 
-  json all = rt::process_json({});
-  for (const char* list : {"callbacks", "chains", "executors", "threads", "processes", "trace",
-                           "notes", "topics", "failed"}) {
-    all[list] = json::array();
-  }
+  FinishedRun all{.failed = supervisor.failures(), .signal = supervisor.signal()};
   std::vector<json> parts;
   for (std::size_t i = 0; i < answers.size(); ++i) {
-    json one = answers[i].at("result");
-    parts.push_back(answers[i].value("over_time", json()));
-    complete_callbacks(one.at("callbacks"), states[i].at("endpoints"), sent[i], ends, is_countable);
-    all["duration_s"] = one.at("duration_s");
-    add_topics(all.at("topics"), one.at("processes").at(0).at("name"), states[i].at("endpoints"));
-    for (const char* list :
-         {"callbacks", "chains", "executors", "threads", "processes", "trace", "notes", "failed"}) {
-      json& entries = one.at(list);
-      all.at(list).insert(all.at(list).end(), entries.begin(), entries.end());
-    }
+    rt::Run one = rt::read_run(answers[i].at("run"), "the run of a process");
+    parts.push_back(answers[i].at("over_time"));
+    complete_callbacks(one.callbacks, states[i].endpoints, sent[i], ends, is_countable);
+    add_topics(one, one.processes.at(0).name, states[i].endpoints);
+    all.run.duration_s = one.duration_s;
+    merge(all.run, one);
+    add_to(all.failed, answers[i].at("failed").get<std::vector<std::string>>());
   }
-  all["over_time"] = combined_over_time(parts);
-  for (json& usage : usages) all.at("processes").push_back(std::move(usage));
-  for (const std::string& death : supervisor.deaths()) all.at("notes").push_back(death);
-  for (const std::string& failure : supervisor.failures()) all.at("failed").push_back(failure);
+  all.run.over_time = combined_over_time(parts);
+  add_to(all.run.processes, usages);
+  add_to(all.run.notes, supervisor.deaths());
   if (!all_is_served(states, is_countable)) {
-    all.at("notes").push_back("messages were still in transit between processes at the end");
+    all.run.notes.emplace_back("messages were still in transit between processes at the end");
   }
-  all["signal"] = supervisor.signal();
   return all;
 }
 
@@ -201,21 +197,17 @@ void give_attributes(const EndSignals& signals, const SystemDescription& system)
   }
 }
 
-json run_processes(const std::vector<SystemDescription>& processes, const RunOptions& options) {
+FinishedRun run_processes(const std::vector<SystemDescription>& processes,
+                          const RunOptions& options) {
   const auto roudi = start_roudi(processes, options.overrides);  // ends after its clients
   EndSignals signals;
   give_attributes(signals, processes.front());
   // With RouDi in a separate process, which unregisters from RouDi before RouDi ends.
   const bool is_apart =
       processes.size() > 1 || options.apart || (roudi != nullptr && !options.loads);
-  json result = is_apart
-                    ? run_apart(processes, options, roudi != nullptr ? roudi->pid() : 0, signals)
-                    : run_here(processes.front(), options.overrides, options.duration, signals,
-                               options.loads);
-  for (json& callback : result.at("callbacks")) callback.erase("from_outside");
-  const rt::Releases releases = rt::releases_of(result);
-  result["releases"] = {{"due", releases.due}, {"served", releases.served}};
-  return result;
+  return is_apart ? run_apart(processes, options, roudi != nullptr ? roudi->pid() : 0, signals)
+                  : run_here(processes.front(), options.overrides, options.duration, signals,
+                             options.loads);
 }
 
 }  // namespace takt::tools

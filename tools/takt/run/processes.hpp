@@ -6,9 +6,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "takt/containers/container.hpp"
+#include "takt/measuring/run.hpp"
 
 #include "run/end_signals.hpp"
 
@@ -27,6 +26,13 @@ struct RunOptions {
   std::vector<std::string> words;
 };
 
+/// A run and how it ended.
+struct FinishedRun {
+  rt::Run run;
+  std::vector<std::string> failed;  // why it has failed
+  int signal = 0;                   // that has ended it before its time; 0: none
+};
+
 /// The thread `signals` gets those of the file, if it has some.
 void give_attributes(const EndSignals& signals, const SystemDescription& system);
 
@@ -38,11 +44,11 @@ void give_attributes(const EndSignals& signals, const SystemDescription& system)
 /// Error with its name. If one ends in between, it is restarted if its description demands it, and
 /// the others continue. The output of several processes is printed with their names.
 ///
-/// Call it before the process has other threads. Returns the process_json of all processes, and
-/// under "failed" a text for each process that ended and was not restarted. Where there are
-/// several, this one and RouDi, if the run has started it, have a place among the processes.
-nlohmann::json run_processes(const std::vector<SystemDescription>& processes,
-                             const RunOptions& options);
+/// Call it before the process has other threads. `failed` has a text for each process that ended
+/// and was not restarted. Where there are several, this one and RouDi, if the run has started it,
+/// have a place among the processes.
+FinishedRun run_processes(const std::vector<SystemDescription>& processes,
+                          const RunOptions& options);
 
 }  // namespace takt::tools
 

@@ -178,7 +178,7 @@ json read_written(const std::string& path, const char* key, const Ended& ended,
 
 }  // namespace
 
-json run_program(const ProgramRun& run) {
+FinishedRun run_program(const ProgramRun& run) {
   const EndSignals signals;  // lets no signal end this process before the folder has gone
   const TemporaryFolder folder;
   const std::string results = folder / "results.json";
@@ -194,13 +194,11 @@ json run_program(const ProgramRun& run) {
   begin_work();
   const Ended ended = wait_for_end(child, run.duration, signals);
   const std::string failure = failure_of(ended, run.words.front());
-  json result = read_written(results, "runs", ended, run.words.front(), "written no results")
-                    .at("runs")
-                    .at(0);
-  if (!result.contains("trace")) result["trace"] = json::array();
-  result["failed"] = failure.empty() ? json::array() : json::array({failure});
-  result["signal"] = ended.signal;
-  return result;
+  const json written =
+      read_written(results, "runs", ended, run.words.front(), "written no results");
+  FinishedRun finished{.run = rt::read_runs(written, results + ": ").at(0), .signal = ended.signal};
+  if (!failure.empty()) finished.failed.push_back(failure);
+  return finished;
 }
 
 json nodes_of_program(const std::vector<std::string>& words, const std::string& file) {

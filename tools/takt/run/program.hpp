@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "takt/base/time.hpp"
+
+#include "run/processes.hpp"
 
 namespace takt::tools {
 
@@ -26,7 +26,7 @@ struct ProgramRun {
 /// receives SIGINT, and each signal that arrives here; after kEndLimit, or with the second signal,
 /// it is killed. Returns what run_processes does. Throws Error if it cannot be started or has
 /// written no results; std::runtime_error if it failed without any.
-nlohmann::json run_program(const ProgramRun& run);
+FinishedRun run_program(const ProgramRun& run);
 
 /// Starts the program with the file as its TAKT_CONFIG until it spins, and returns the nodes of the
 /// file by TAKT_NODES. Throws as run_program; Error if it has not spun within kEndLimit.

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/result_csv.hpp"
 
-#include <initializer_list>
+#include <optional>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -11,6 +12,8 @@
 #include "takt/base/printable.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/rounds.hpp"
+#include "takt/measuring/row_json.hpp"
+#include "takt/measuring/run_fields.hpp"
 
 namespace takt::tools {
 namespace {
@@ -39,17 +42,21 @@ std::string cell(const json& value) {
 
 class CsvLines {
  public:
+  explicit CsvLines(bool with_buckets) : with_buckets_(with_buckets) {}
+
   /// What follows is of this run, or of this ratio.
-  void begin(const json& of) {
+  template <class Row>
+  void begin(const Row& row, const json& repeat, double seconds) {
     first_.clear();
-    for (const char* key : {"file", "executor", "placement", "scheduler", "composition"}) {
-      first_ += cell(of.at(key)) + ",";
+    for (const std::string& name :
+         {row.file, row.executor, row.placement, row.scheduler, row.composition}) {
+      first_ += quoted(name) + ",";
     }
-    first_ += cell(of.value("repeat", json())) + "," + cell(of.at("duration_s"));
+    first_ += cell(repeat) + "," + cell(seconds);
   }
   /// And of this callback, thread, …
-  void of(const std::string& what, const json& process, const std::string& name) {
-    second_ = fmt::format("{},{},{}", what, cell(process), quoted(name));
+  void of(std::string_view what, const std::string& process, const std::string& name) {
+    second_ = fmt::format("{},{},{}", what, quoted(process), quoted(name));
   }
   void add(const std::string& figure, const json& samples, const json& value,
            const std::string& from = "", const std::string& to = "",
@@ -58,9 +65,38 @@ class CsvLines {
     text_ += fmt::format("{},{},{},{},{},{},{},{}\n", first_, second_, quoted(figure),
                          cell(samples), from, to, cell(value), verdict);
   }
+  /// All figures of a row, which rest on so many samples.
+  template <class Row>
+  void add_row(const Row& row, const json& samples) {
+    const auto add_field = [&]<class Value>(const auto& field, const Value& value) {
+      if constexpr (std::is_same_v<Value, Histogram>) {
+        add_times(field.name, rt::row_json(value, with_buckets_));
+      } else if constexpr (std::is_arithmetic_v<Value> || std::is_same_v<Value, Nanoseconds> ||
+                           std::is_same_v<Value, std::optional<std::uint64_t>>) {
+        add(field.name, samples, rt::row_json(value));
+      }
+    };
+    for_each_field(add_field, row);
+  }
   std::string take() { return std::move(text_); }
 
  private:
+  void add_times(const std::string& name, const json& times) {
+    const json& samples = times.at("count");
+    for (const char* key : {"mean", "min", "p50", "p90", "p99", "p999", "max"}) {
+      add(fmt::format("{} {}", name, key), samples, times.at(key));
+    }
+    for (const json& bucket : times.value("histogram", json::array())) {
+      const auto index = bucket.at(0).get<std::size_t>();
+      const auto limit = [](std::size_t number) {
+        return fmt::format("{}", rt::us(Histogram::upper_limit(number)));
+      };
+      add(name + " bucket", samples, bucket.at(1), index == 0 ? "0" : limit(index - 1),
+          limit(index));
+    }
+  }
+
+  const bool with_buckets_;
   std::string first_, second_;
   std::string text_ =
       "file,executor,placement,scheduler,composition,repeat,seconds,of,process,name,figure,n,from,"
@@ -68,67 +104,38 @@ class CsvLines {
       "verdict\n";
 };
 
-/// `name`: "latency_us".
-void add_times(CsvLines& lines, const json& of, const std::string& name) {
-  const json& times = of.at(name);
-  const json& samples = times.at("count");
-  for (const char* key : {"mean", "min", "p50", "p90", "p99", "p999", "max"}) {
-    lines.add(fmt::format("{} {}", name, key), samples, times.at(key));
+void add_run(CsvLines& lines, const rt::Run& run) {
+  lines.begin(run, run.repeat, run.duration_s);
+  for (const rt::Run::Callback& callback : run.callbacks) {
+    const CallbackStatistics& of = callback.statistics;
+    lines.of(to_string(of.kind), callback.process, of.node + "/" + of.callback);
+    lines.add_row(callback, of.received);
   }
-  for (const json& bucket : times.value("histogram", json::array())) {
-    const auto index = bucket.at(0).get<std::size_t>();
-    const auto limit = [](std::size_t number) {
-      return fmt::format("{}", rt::us(Histogram::upper_limit(number)));
-    };
-    lines.add(name + " bucket", samples, bucket.at(1), index == 0 ? "0" : limit(index - 1),
-              limit(index));
+  for (const rt::Run::Chain& chain : run.chains) {
+    lines.of("chain", chain.process, chain.name);
+    lines.add_row(chain, chain.statistics.instances);
   }
-}
-
-void add_counts(CsvLines& lines, const json& of, const json& samples,
-                std::initializer_list<const char*> keys) {
-  for (const char* key : keys) lines.add(key, samples, of.at(key));
-}
-
-void add_run(CsvLines& lines, const json& run) {
-  lines.begin(run);
-  for (const json& callback : run.at("callbacks")) {
-    lines.of(
-        callback.at("kind"), callback.at("process"),
-        callback.at("node").get<std::string>() + "/" + callback.at("callback").get<std::string>());
-    add_counts(lines, callback, callback.at("received"),
-               {"received", "lost", "dropped", "overruns", "skipped", "late", "too_late",
-                "deadline_misses"});
-    for (const char* times : {"latency_us", "waiting_us", "take_us", "execution_us"}) {
-      add_times(lines, callback, times);
-    }
+  for (const rt::Run::Thread& thread : run.threads) {
+    lines.of("thread", thread.process, thread.name);
+    lines.add_row(thread, {});
   }
-  for (const json& chain : run.at("chains")) {
-    lines.of("chain", chain.at("process"), chain.at("name"));
-    add_counts(lines, chain, chain.at("instances"), {"instances", "misses", "aborted"});
-    add_times(lines, chain, "latency_us");
-  }
-  for (const json& thread : run.at("threads")) {
-    lines.of("thread", thread.at("process"), thread.at("name"));
-    add_counts(lines, thread, {}, {"cpu_percent", "spin_percent", "wakeups"});
-  }
-  for (const json& process : run.at("processes")) {
-    lines.of("process", process.at("name"), process.at("name"));
-    add_counts(lines, process, {},
-               {"cpu_percent", "pss_kb", "allocations_while_spinning", "allocations_in_dds"});
+  for (const rt::Run::Process& process : run.processes) {
+    lines.of("process", process.name, process.name);
+    lines.add_row(process, {});
   }
 }
 
 }  // namespace
 
-std::string result_csv(const json& document) {
-  CsvLines lines;
-  for (const json& run : document.at("runs")) add_run(lines, run);
-  for (const json& ratio : document.value("ratios", json::array())) {
-    lines.begin(ratio);
-    lines.of("ratio", {}, ratio.at("against"));
-    lines.add(ratio.at("figure"), ratio.at("repeats"), ratio.at("ratio"), cell(ratio.at("low")),
-              cell(ratio.at("high")), ratio.at("verdict"));
+std::string result_csv(const std::vector<rt::Run>& runs, bool with_buckets,
+                       std::span<const Compared> ratios) {
+  CsvLines lines(with_buckets);
+  for (const rt::Run& run : runs) add_run(lines, run);
+  for (const Compared& each : ratios) {
+    lines.begin(each.row, {}, each.seconds);
+    lines.of("ratio", "", each.other);
+    lines.add(each.figure, each.ratio.repeats, each.ratio.value, cell(each.ratio.low),
+              cell(each.ratio.high), std::string(rt::word_of(each.decision.verdict)));
   }
   return lines.take();
 }

@@ -3,16 +3,21 @@
 #ifndef TAKT_TOOLS_TAKT_RESULT_CSV_HPP_
 #define TAKT_TOOLS_TAKT_RESULT_CSV_HPP_
 
+#include <span>
 #include <string>
+#include <vector>
 
-#include <nlohmann/json.hpp>
+#include "takt/measuring/run.hpp"
+
+#include "run/verdicts.hpp"
 
 namespace takt::tools {
 
 /// One value in each line, with all that says what it is of, as spreadsheets, pandas and R read it:
-/// of callbacks, chains, threads and processes of "runs", their histograms if they are there, and
-/// "ratios". docs/reference/command_line.md describes the columns.
-std::string result_csv(const nlohmann::json& document);
+/// of callbacks, chains, threads and processes, and ratios. docs/reference/command_line.md
+/// describes the columns.
+std::string result_csv(const std::vector<rt::Run>& runs, bool with_buckets,
+                       std::span<const Compared> ratios = {});
 
 }  // namespace takt::tools
 

@@ -4,17 +4,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "takt/measuring/process_json.hpp"
+#include "takt/measuring/run.hpp"
 
 namespace takt::tools {
 namespace {
 
 using namespace std::chrono_literals;
-using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
 
-json document() {
+rt::Run run() {
   ProcessResult process;
   process.name = "robot";
   process.duration_s = 2.5;
@@ -26,18 +25,15 @@ json document() {
   statistics.received = 2;
   statistics.latency.record(10us);
   statistics.latency.record(30us);
-  json run = rt::process_json(process);
-  run["file"] = "robot.yaml";
-  run["executor"] = "events";
-  run["placement"] = run["scheduler"] = run["composition"] = "file";
-  run["repeat"] = 1;
-  json document = json::object();
-  document["runs"] = json::array({run});
-  return document;
+  rt::Run run = rt::run_of(process);
+  run.file = "robot.yaml";
+  run.executor = "events";
+  run.repeat = 1;
+  return run;
 }
 
 TEST(ResultCsv, HasALineForEachValueWithItsSampleSizeAndRunLength) {
-  const std::string text = result_csv(document());
+  const std::string text = result_csv({run()}, true);
   EXPECT_THAT(text,
               testing::StartsWith("file,executor,placement,scheduler,composition,repeat,seconds,"
                                   "of,process,name,figure,n,from,to,value,verdict\n"));
@@ -53,38 +49,28 @@ TEST(ResultCsv, HasALineForEachValueWithItsSampleSizeAndRunLength) {
 // A spreadsheet would run it.
 TEST(ResultCsv, HasNoNameThatIsAFormula) {
   for (const std::string begin : {"=", "+", "-", "@"}) {
-    json of_others = document();
-    of_others["runs"][0]["processes"][0]["name"] = begin + "cmd|' /C calc'!A0";
-    EXPECT_THAT(result_csv(of_others), HasSubstr("process,'" + begin + "cmd|"));
+    rt::Run of_others = run();
+    of_others.processes[0].name = begin + "cmd|' /C calc'!A0";
+    EXPECT_THAT(result_csv({of_others}, true), HasSubstr("process,'" + begin + "cmd|"));
   }
-  json negative = document();
-  negative["runs"][0]["processes"][0]["cpu_percent"] = -1.5;
-  EXPECT_THAT(result_csv(negative), HasSubstr("cpu_percent,,,,-1.5,\n"));
+  rt::Run negative = run();
+  negative.processes[0].cpu_percent = -1.5;
+  EXPECT_THAT(result_csv({negative}, true), HasSubstr("cpu_percent,,,,-1.5,\n"));
 }
 
 TEST(ResultCsv, HasTheLimitsOfTheBuckets) {
-  const std::string text = result_csv(document());
+  const std::string text = result_csv({run()}, true);
   EXPECT_THAT(text, HasSubstr("latency_us bucket,2,9.983,10.239,1,\n"));
   EXPECT_THAT(text, HasSubstr("latency_us bucket,2,29.695,30.207,1,\n"));
 }
 
 TEST(ResultCsv, HasTheRatiosWithTheirIntervals) {
-  json with_ratio = document();
-  with_ratio["ratios"] = json::array({json{{"file", "robot.yaml"},
-                                           {"executor", "events"},
-                                           {"placement", "file"},
-                                           {"scheduler", "file"},
-                                           {"composition", "file"},
-                                           {"against", "static"},
-                                           {"figure", "p99"},
-                                           {"ratio", 0.75},
-                                           {"low", 0.5},
-                                           {"high", 1.0},
-                                           {"repeats", 10},
-                                           {"duration_s", 2.5},
-                                           {"verdict", "open"}}});
+  Compared ratio{.row = {"robot.yaml", "events"}, .other = "static", .figure = "p99"};
+  ratio.ratio = {.value = 0.75, .low = 0.5, .high = 1.0, .repeats = 10};
+  ratio.decision.verdict = rt::Verdict::open;
+  ratio.seconds = 2.5;
   EXPECT_THAT(
-      result_csv(with_ratio),
+      result_csv({run()}, true, std::vector{ratio}),
       HasSubstr("robot.yaml,events,file,file,file,,2.5,ratio,,static,p99,10,0.5,1.0,0.75,open\n"));
 }
 

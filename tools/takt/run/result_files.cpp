@@ -23,13 +23,13 @@ void ResultFiles::check() const {
   }
 }
 
-void ResultFiles::write(const nlohmann::json& document) const {
+void ResultFiles::write(const nlohmann::json& document, const std::vector<rt::Run>& runs,
+                        bool with_buckets, std::span<const Compared> ratios) const {
   if (!json.empty()) write_json(document, json);
-  if (csv == "-") {
-    rt::print("{}", result_csv(document));
-  } else if (!csv.empty()) {
-    write_output(csv, result_csv(document));
-  }
+  if (csv.empty()) return;
+  const std::string text = result_csv(runs, with_buckets, ratios);
+  if (csv == "-") return rt::print("{}", text);
+  write_output(csv, text);
 }
 
 }  // namespace takt::tools

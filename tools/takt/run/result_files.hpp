@@ -3,9 +3,13 @@
 #ifndef TAKT_TOOLS_TAKT_RESULT_FILES_HPP_
 #define TAKT_TOOLS_TAKT_RESULT_FILES_HPP_
 
+#include <span>
 #include <string>
+#include <vector>
 
-#include <nlohmann/json.hpp>
+#include "takt/measuring/run.hpp"
+
+#include "run/verdicts.hpp"
 
 namespace CLI {
 class App;
@@ -23,7 +27,9 @@ struct ResultFiles {
   bool any() const { return !json.empty() || !csv.empty(); }
   /// Then no table goes there.
   bool use_stdout() const { return json == "-" || csv == "-"; }
-  void write(const nlohmann::json& document) const;
+  /// The runs are in the document, too.
+  void write(const nlohmann::json& document, const std::vector<rt::Run>& runs, bool with_buckets,
+             std::span<const Compared> ratios = {}) const;
 };
 
 }  // namespace takt::tools

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/result_tables.hpp"
 
-#include <cmath>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,38 +11,35 @@
 #include <fmt/ranges.h>
 
 #include "takt/measuring/output.hpp"
+#include "takt/measuring/rounds.hpp"
 
-#include "run/result_json.hpp"
 #include "table.hpp"
 
 namespace takt::tools {
 namespace {
 
-using nlohmann::json;
+using rt::Run;
 
-/// "-" where nothing was measured.
-std::string us_cell(const json& value) {
-  if (value.is_null()) return "-";
-  return microseconds(from_us(value));
+/// "-" where nothing was measured. Of a histogram with a full bucket, percentiles are marked.
+std::string percentile_cell(const Histogram& times, double fraction) {
+  if (times.count() == 0) return "-";
+  return microseconds(times.percentile(fraction)) + (times.is_saturated() ? "~" : "");
+}
+std::string max_cell(const Histogram& times) {
+  return times.count() == 0 ? "-" : microseconds(times.max());
 }
 
-/// Of a histogram with a full bucket, percentiles are marked.
-std::string percentile_cell(const json& times, const char* which) {
-  return us_cell(times.at(which)) + (times.contains("saturated") ? "~" : "");
-}
-
-template <class T>
-std::string number_cell(const json& value) {
-  return fmt::format("{}", value.get<T>());
+std::string count_cell(const std::optional<std::uint64_t>& count) {
+  return count ? std::to_string(*count) : "-";
 }
 
 /// A table whose first column is the process, if there are several.
 class ProcessTable {
  public:
-  ProcessTable(const json& run, std::vector<std::string> header)
-      : several_(run.at("processes").size() > 1), table_(with("process", std::move(header))) {}
-  void add(const json& process, std::vector<std::string> row) {
-    table_.add(with(process.get<std::string>(), std::move(row)));
+  ProcessTable(const Run& run, std::vector<std::string> header)
+      : several_(run.processes.size() > 1), table_(with("process", std::move(header))) {}
+  void add(const std::string& process, std::vector<std::string> row) {
+    table_.add(with(process, std::move(row)));
   }
   void print(const std::string& title) const { table_.print(title); }
 
@@ -54,120 +52,99 @@ class ProcessTable {
   Table table_;
 };
 
-void print_callbacks(const json& run) {
+void print_callbacks(const Run& run) {
   ProcessTable table(run, {"executor", "node", "callback", "kind", "received", "lost", "dropped",
                            "overruns", "late", "too_late", "misses", "p50", "p90", "p99", "p99.9",
                            "max", "exec_p50", "exec_max"});
-  for (const json& row : run.at("callbacks")) {
-    const auto word = [&](const char* key) { return row.at(key).get<std::string>(); };
-    const auto number = [&](const char* key) { return row.at(key).get<std::uint64_t>(); };
-    const auto number_or_dash = [](const json& count) {
-      return count.is_null() ? "-" : number_cell<std::uint64_t>(count);
-    };
-    const json& latency = row.at("latency_us");
-    const json& execution = row.at("execution_us");
-    table.add(row.at("process"),
-              {word("executor"), word("node"), word("callback"), word("kind"),
-               std::to_string(number("received")),
-               word("kind") == "timer" ? "-" : std::to_string(number("lost")),
-               word("kind") == "timer" ? "-" : std::to_string(number("dropped")),
-               std::to_string(number("overruns")), number_or_dash(row.at("late")),
-               number_or_dash(row.at("too_late")), std::to_string(number("deadline_misses")),
-               percentile_cell(latency, "p50"), percentile_cell(latency, "p90"),
-               percentile_cell(latency, "p99"), percentile_cell(latency, "p999"),
-               us_cell(latency.at("max")), percentile_cell(execution, "p50"),
-               us_cell(execution.at("max"))});
+  for (const Run::Callback& row : run.callbacks) {
+    const CallbackStatistics& of = row.statistics;
+    const bool is_timer = of.kind == EntityKind::timer;
+    table.add(row.process,
+              {row.executor, of.node, of.callback, std::string(to_string(of.kind)),
+               count_cell(of.received), is_timer ? "-" : count_cell(of.lost()),
+               is_timer ? "-" : count_cell(of.dropped), count_cell(of.overruns),
+               count_cell(of.late), count_cell(of.too_late), count_cell(of.deadline_misses),
+               percentile_cell(of.latency, 0.5), percentile_cell(of.latency, 0.9),
+               percentile_cell(of.latency, 0.99), percentile_cell(of.latency, 0.999),
+               max_cell(of.latency), percentile_cell(of.execution, 0.5), max_cell(of.execution)});
   }
   table.print("callbacks (latency and execution in µs; a timer's latency is due → start)");
 }
 
 /// As `SCHED_FIFO`, `SCHED_DEADLINE 2ms/10ms`, `SCHED_OTHER (refused)`.
-std::string policy_text(const json& state) {
-  std::string text = state.at("policy");
-  if (state.contains("runtime_us")) {
-    text += fmt::format(" {}ms/{}ms", state.at("runtime_us").get<double>() / 1e3,
-                        state.at("period_us").get<double>() / 1e3);
+std::string policy_text(const ThreadState& state) {
+  std::string text(to_string(state.policy));
+  if (state.policy == ThreadPolicy::deadline) {
+    text += fmt::format(" {}ms/{}ms", rt::us(state.runtime) / 1e3, rt::us(state.period) / 1e3);
   }
-  return text + (state.contains("refused") ? " (refused)" : "");
+  return text + (state.refused.empty() ? "" : " (refused)");
 }
 
-void print_chains(const json& run) {
+void print_chains(const Run& run) {
   ProcessTable table(run, {"chain", "instances", "misses", "aborted", "deadline", "p50", "p90",
                            "p99", "p99.9", "max"});
-  for (const json& row : run.at("chains")) {
-    const json& latency = row.at("latency_us");
-    const bool has_deadline = row.at("deadline_us").get<double>() != 0;
-    table.add(
-        row.at("process"),
-        {row.at("name"), number_cell<std::uint64_t>(row.at("instances")),
-         has_deadline && row.at("instances") != 0 ? number_cell<std::uint64_t>(row.at("misses"))
-                                                  : "-",
-         number_cell<std::uint64_t>(row.at("aborted")),
-         has_deadline ? us_cell(row.at("deadline_us")) : "-", percentile_cell(latency, "p50"),
-         percentile_cell(latency, "p90"), percentile_cell(latency, "p99"),
-         percentile_cell(latency, "p999"), us_cell(latency.at("max"))});
+  for (const Run::Chain& row : run.chains) {
+    const ChainStatistics& of = row.statistics;
+    const bool has_deadline = row.deadline != Nanoseconds::zero();
+    table.add(row.process, {row.name, count_cell(of.instances),
+                            has_deadline && of.instances != 0 ? count_cell(of.misses) : "-",
+                            count_cell(of.aborted), has_deadline ? microseconds(row.deadline) : "-",
+                            percentile_cell(of.latency, 0.5), percentile_cell(of.latency, 0.9),
+                            percentile_cell(of.latency, 0.99), percentile_cell(of.latency, 0.999),
+                            max_cell(of.latency)});
   }
   table.print("chains (release of the first callback → end of the last, in µs)");
 }
 
-void print_topics(const json& run) {
-  if (run.at("topics").empty()) return;
+void print_topics(const Run& run) {
+  if (run.topics.empty()) return;
   ProcessTable table(run, {"topic", "end", "matched", "messages", "uncopied", "lost", "transport"});
-  for (const json& row : run.at("topics")) {
-    table.add(row.at("process"),
-              {row.at("topic"), row.at("is_writer") ? "publisher" : "subscription",
-               number_cell<std::uint64_t>(row.at("matched")),
-               number_cell<std::uint64_t>(row.at("messages")),
-               number_cell<std::uint64_t>(row.at("uncopied")),
-               number_cell<std::uint64_t>(row.at("lost")), row.at("transport")});
+  for (const Run::Topic& row : run.topics) {
+    table.add(row.process, {row.topic, row.is_writer ? "publisher" : "subscription",
+                            count_cell(row.matched), count_cell(row.messages),
+                            count_cell(row.uncopied), count_cell(row.lost), row.transport});
   }
   table.print("topics between processes (uncopied: sent or received without a copy)");
 }
 
 /// Of the thread's executor; the container's own have none that matters.
-std::string type_of(const json& run, const json& thread) {
-  for (const json& executor : run.at("executors")) {
-    if (executor.at("process") == thread.at("process") &&
-        executor.at("name") == thread.at("executor")) {
-      return executor.at("type");
+std::string type_of(const Run& run, const Run::Thread& thread) {
+  for (const Run::Executor& executor : run.executors) {
+    if (executor.process == thread.process && executor.name == thread.executor) {
+      return executor.type;
     }
   }
   return "-";
 }
 
-void print_threads(const json& run) {
+void print_threads(const Run& run) {
   ProcessTable table(run, {"executor", "type", "thread", "policy", "priority", "nice", "cpus",
                            "cpu_%", "spin_%", "wakeups"});
-  for (const json& row : run.at("threads")) {
-    const json& state = row.at("in_force");
-    table.add(row.at("process"),
-              {row.at("executor"), type_of(run, row), row.at("name"), policy_text(state),
-               number_cell<int>(state.at("priority")), number_cell<int>(state.at("nice")),
-               fmt::format("{}", fmt::join(state.at("affinity").get<std::vector<int>>(), ",")),
-               fmt::format("{:.2f}", row.at("cpu_percent").get<double>()),
-               fmt::format("{:.2f}", row.at("spin_percent").get<double>()),
-               number_cell<std::uint64_t>(row.at("wakeups"))});
+  for (const Run::Thread& row : run.threads) {
+    const ThreadState& state = row.in_force;
+    table.add(row.process, {row.executor, type_of(run, row), row.name, policy_text(state),
+                            std::to_string(state.priority), std::to_string(state.nice),
+                            fmt::format("{}", fmt::join(state.affinity, ",")),
+                            fmt::format("{:.2f}", row.cpu_percent),
+                            fmt::format("{:.2f}", row.spin_percent), count_cell(row.wakeups)});
   }
   table.print("threads (attributes in force)");
 }
 
-void print_processes(const json& run) {
+void print_processes(const Run& run) {
   Table table({"process", "seconds", "cpu_%", "pss_MB", "allocations", "in_dds"});
-  const auto count = [](const json& value) {
-    return value.is_null() ? "-" : number_cell<std::uint64_t>(value);
-  };
-  for (const json& row : run.at("processes")) {
-    table.add({row.at("name"), fmt::format("{:.2f}", run.at("duration_s").get<double>()),
-               fmt::format("{:.2f}", row.at("cpu_percent").get<double>()),
-               fmt::format("{:.1f}", row.at("pss_kb").get<double>() / 1024),
-               count(row.at("allocations_while_spinning")), count(row.at("allocations_in_dds"))});
+  for (const Run::Process& row : run.processes) {
+    table.add({row.name, fmt::format("{:.2f}", run.duration_s),
+               fmt::format("{:.2f}", row.cpu_percent),
+               fmt::format("{:.1f}", static_cast<double>(row.pss_kb) / 1024),
+               count_cell(row.allocations_while_spinning), count_cell(row.allocations_in_dds)});
   }
   table.print("processes (allocations: on executor threads, while spinning)");
 }
 
 }  // namespace
 
-void print_result(const json& run) {
+void print_result(const Run& run) {
   print_callbacks(run);
   print_chains(run);
   print_topics(run);

@@ -3,12 +3,12 @@
 #ifndef TAKT_TOOLS_TAKT_RESULT_TABLES_HPP_
 #define TAKT_TOOLS_TAKT_RESULT_TABLES_HPP_
 
-#include <nlohmann/json.hpp>
+#include "takt/measuring/run.hpp"
 
 namespace takt::tools {
 
 /// Prints callbacks, chains, topics between processes, threads and processes of a run in results.
-void print_result(const nlohmann::json& run);
+void print_result(const rt::Run& run);
 
 }  // namespace takt::tools
 

@@ -61,12 +61,12 @@ std::string end_of(int file) {
 }
 
 /// Each note once: the same system runs many times.
-void show_notes(const nlohmann::json& notes) {
+void show_notes(const std::vector<std::string>& notes) {
   static std::set<std::string> shown;
-  for (const nlohmann::json& note : notes) {
-    if (!shown.insert(note.get<std::string>()).second) continue;
+  for (const std::string& note : notes) {
+    if (!shown.insert(note).second) continue;
     if (isatty(STDERR_FILENO) != 0) rt::clear_line();
-    rt::to_stderr("note: {}\n", note.get<std::string>());
+    rt::to_stderr("note: {}\n", note);
   }
 }
 
@@ -124,10 +124,13 @@ nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signa
   }
   nlohmann::json result = rt::json_or_null(text);
   if (!result.is_object()) throw Error("a run has written no result", "see its message above");
-  if (result.contains("runs")) {
-    for (const nlohmann::json& run : result.at("runs")) show_notes(run.at("notes"));
-  }
   return result;
+}
+
+rt::Run run_once(std::vector<std::string> words, const EndSignals& signals, bool is_quiet) {
+  rt::Run run = rt::read_runs(run_again(std::move(words), signals, is_quiet), "").at(0);
+  show_notes(run.notes);
+  return run;
 }
 
 }  // namespace takt::tools

@@ -8,6 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "takt/measuring/run.hpp"
+
 #include "exit_status.hpp"
 #include "run/end_signals.hpp"
 
@@ -28,6 +30,9 @@ void use_own_domain();
 /// fails.
 nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signals,
                          bool is_quiet = false);
+
+/// The same of `takt run`, whose words are to make it write its results to stdout.
+rt::Run run_once(std::vector<std::string> words, const EndSignals& signals, bool is_quiet = false);
 
 }  // namespace takt::tools
 

@@ -11,17 +11,11 @@
 namespace takt::tools {
 namespace {
 
-using nlohmann::json;
-
-std::string priority_of(const json& in_force) {
-  const std::string policy = in_force.at("policy");
-  const int priority = in_force.at("priority"), nice = in_force.at("nice");
-  if (priority != 0) return fmt::format("{} {}", policy, priority);
-  return nice != 0 ? fmt::format("{} nice {}", policy, nice) : policy;
-}
-
-std::string cpus_of(const json& in_force) {
-  return fmt::format("{}", fmt::join(in_force.at("affinity").get<std::vector<int>>(), ","));
+std::string priority_of(const ThreadState& in_force) {
+  const auto policy = to_string(in_force.policy);
+  if (in_force.priority != 0) return fmt::format("{} {}", policy, in_force.priority);
+  return in_force.nice != 0 ? fmt::format("{} nice {}", policy, in_force.nice)
+                            : std::string(policy);
 }
 
 struct Aspect {
@@ -42,25 +36,25 @@ std::string Setup::threads_text() const {
   return unused != 0 ? fmt::format("{}/{}", threads, threads + unused) : std::to_string(threads);
 }
 
-Setup setup_of(const json& run) {
+Setup setup_of(const rt::Run& run) {
   Setup setup;
   std::set<std::string> priorities, cpus, schedulers;
   std::map<std::pair<std::string, std::string>, std::size_t> used;  // by process and executor
-  for (const json& executor : run.value("executors", json::array())) {
-    used[{executor.at("process"), executor.at("name")}] = 0;
-    schedulers.insert(executor.at("scheduler"));
+  for (const rt::Run::Executor& executor : run.executors) {
+    used[{executor.process, executor.name}] = 0;
+    schedulers.insert(executor.scheduler);
   }
-  for (const json& thread : run.at("threads")) {
-    const auto executor = used.find({thread.at("process"), thread.at("executor")});
+  for (const rt::Run::Thread& thread : run.threads) {
+    const auto executor = used.find({thread.process, thread.executor});
     if (executor == used.end()) continue;  // of the container itself, or of DDS
     ++executor->second;
     ++setup.threads;
-    priorities.insert(priority_of(thread.at("in_force")));
-    cpus.insert(cpus_of(thread.at("in_force")));
+    priorities.insert(priority_of(thread.in_force));
+    cpus.insert(fmt::format("{}", fmt::join(thread.in_force.affinity, ",")));
   }
-  for (const json& executor : run.value("executors", json::array())) {
-    const auto given = executor.at("threads_given").get<std::size_t>();
-    setup.unused += given - std::min(given, used[{executor.at("process"), executor.at("name")}]);
+  for (const rt::Run::Executor& executor : run.executors) {
+    const std::size_t given = executor.threads_given;
+    setup.unused += given - std::min(given, used[{executor.process, executor.name}]);
   }
   setup.priorities = fmt::format("{}", fmt::join(priorities, " and "));
   setup.cpus = fmt::format("{}", fmt::join(cpus, " and "));

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
+#include "takt/measuring/run.hpp"
 
 namespace takt::tools {
 
@@ -24,7 +24,7 @@ struct Setup {
 };
 
 /// Of a run in results. Those of an earlier Takt do not tell: all is empty.
-Setup setup_of(const nlohmann::json& run);
+Setup setup_of(const rt::Run& run);
 
 /// "threads 10 against 2, CPUs 0 against 0,1": what differs besides the executor's type, and its
 /// own scheduler. Empty: nothing, or one of them is not known.

@@ -6,28 +6,20 @@
 namespace takt::tools {
 namespace {
 
-using nlohmann::json;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-json thread(const char* executor, int priority, const std::vector<int>& cpus) {
-  return {{"process", "robot"},
-          {"executor", executor},
-          {"in_force",
-           {{"policy", priority == 0 ? "SCHED_OTHER" : "SCHED_FIFO"},
-            {"priority", priority},
-            {"nice", 0},
-            {"affinity", cpus}}}};
+rt::Run::Thread thread(const char* executor, int priority, const std::vector<int>& cpus) {
+  return {.process = "robot",
+          .executor = executor,
+          .in_force = {.policy = priority == 0 ? ThreadPolicy::other : ThreadPolicy::fifo,
+                       .priority = priority,
+                       .affinity = cpus}};
 }
 
-json run_of(const char* scheduler, int threads_given, const std::vector<json>& threads) {
-  return {{"executors",
-           {{{"process", "robot"},
-             {"name", "fast"},
-             {"type", "events"},
-             {"scheduler", scheduler},
-             {"threads_given", threads_given}}}},
-          {"threads", threads}};
+rt::Run run_of(const char* scheduler, std::size_t threads_given,
+               const std::vector<rt::Run::Thread>& threads) {
+  return {.executors = {{"fast", "events", scheduler, threads_given, "robot"}}, .threads = threads};
 }
 
 TEST(SetupOfARun, HasTheThreadsOfComponentsAlone) {
@@ -42,13 +34,9 @@ TEST(SetupOfARun, HasTheThreadsOfComponentsAlone) {
 
 /// What one executor has more than the file gives does not hide what another leaves unused.
 TEST(SetupOfARun, CountsUnusedThreadsOfEachExecutor) {
-  json run =
+  rt::Run run =
       run_of("fifo", 2, {thread("fast", 80, {0}), thread("slow", 0, {0}), thread("slow", 0, {0})});
-  run["executors"].push_back({{"process", "robot"},
-                              {"name", "slow"},
-                              {"type", "isolated"},
-                              {"scheduler", "ros"},
-                              {"threads_given", 1}});
+  run.executors.push_back({"slow", "isolated", "ros", 1, "robot"});
   EXPECT_EQ(setup_of(run).threads_text(), "3/4");
 }
 
@@ -72,7 +60,7 @@ TEST(SetupOfARun, SaysWhatDiffers) {
 
 TEST(SetupOfARun, OfAnEarlierTaktIsNotKnown) {
   const tools::Setup known = setup_of(run_of("fifo", 1, {thread("fast", 80, {0})}));
-  EXPECT_EQ(difference(known, setup_of({{"threads", {thread("fast", 0, {1})}}})), "");
+  EXPECT_EQ(difference(known, setup_of({.threads = {thread("fast", 0, {1})}})), "");
 }
 
 }  // namespace

@@ -174,7 +174,7 @@ std::vector<json> Supervisor::ask(const std::string& word) {
   return hear();
 }
 
-void Supervisor::ask_to_match(const std::vector<json>& wanted) {
+void Supervisor::ask_to_match(const std::vector<std::vector<std::uint64_t>>& wanted) {
   for (std::size_t i = 0; i < children_.size(); ++i) {
     children_[i]->channel->send({{"do", "match"}, {"wanted", wanted[i]}});
   }

@@ -31,7 +31,7 @@ class Supervisor {
   /// documents that they send at their start. Throws Error if a child has ended.
   std::vector<nlohmann::json> hear();
   std::vector<nlohmann::json> ask(const std::string& word);
-  void ask_to_match(const std::vector<nlohmann::json>& wanted);
+  void ask_to_match(const std::vector<std::vector<std::uint64_t>>& wanted);
 
   /// Releases the first timers. A child that ends from here on is restarted as in `watch`.
   void release();

@@ -14,8 +14,8 @@
 #include "takt/base/regular_file.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/machine.hpp"
-
-#include "run/result_json.hpp"
+#include "takt/measuring/row_json.hpp"
+#include "takt/measuring/run_fields.hpp"
 
 namespace takt::tools {
 namespace {
@@ -24,20 +24,35 @@ using nlohmann::json;
 
 // ---- From a result ----
 
-json about(const json& run) {
+/// Which executors have run which callbacks, by name; those of several processes as in `analyze`.
+json executors_of(const rt::Run& run, bool has_several_processes) {
+  const auto name_of = [&](const auto& row) {
+    return has_several_processes ? row.process + "/" + row.executor : row.executor;
+  };
+  std::map<std::string, const rt::Run::Traced*> threads;  // one of each that has run something
+  for (const rt::Run::Traced& thread : *run.trace) threads[name_of(thread)] = &thread;
+  json result = json::object();
+  for (const rt::Run::Callback& callback : run.callbacks) {
+    const auto thread = threads.find(name_of(callback));
+    if (thread == threads.end()) continue;
+    json& executor = result[thread->first];
+    executor["type"] = thread->second->executor_type;
+    executor["scheduler"] = thread->second->scheduler;
+    executor["callbacks"].push_back(callback.statistics.node + "/" + callback.statistics.callback);
+  }
+  return result;
+}
+
+json about(const rt::Run& run, bool has_several_processes) {
   json callbacks = json::array(), chains = json::array();
-  for (const json& callback : run.at("callbacks")) {
-    callbacks.push_back(callback.at("node").get<std::string>() + "/" +
-                        callback.at("callback").get<std::string>());
+  for (const rt::Run::Callback& callback : run.callbacks) {
+    callbacks.push_back(callback.statistics.node + "/" + callback.statistics.callback);
   }
-  for (json chain : run.at("chains")) {
-    chain.at("latency_us").erase("histogram");
-    chains.push_back(std::move(chain));
-  }
-  return {{"file", run.at("file")},
+  for (const rt::Run::Chain& chain : run.chains) chains.push_back(rt::row_json(chain, false));
+  return {{"file", run.file},
           {"machine", rt::machine_line()},
-          {"duration_s", run.at("duration_s")},
-          {"executors", run.at("traced_executors")},
+          {"duration_s", run.duration_s},
+          {"executors", executors_of(run, has_several_processes)},
           {"callbacks", std::move(callbacks)},
           {"chains", std::move(chains)}};
 }
@@ -241,12 +256,12 @@ Trace trace_of(const json& document) {
                                 .sequence = args.at("sequence"),
                                 .chain_instance = args.at("chain_instance"),
                                 .lost = args.at("lost"),
-                                .start = from_us(event.at("ts")),
-                                .cpu_time = from_us(args.at("cpu_us")),
+                                .start = rt::from_us(event.at("ts")),
+                                .cpu_time = rt::from_us(args.at("cpu_us")),
                                 .has_waited = args.at("waited")};
-      execution.end = execution.start + from_us(event.at("dur"));
-      execution.ready = execution.start - from_us(args.at("latency_us"));
-      execution.picked = execution.start - from_us(args.at("take_us"));
+      execution.end = execution.start + rt::from_us(event.at("dur"));
+      execution.ready = execution.start - rt::from_us(args.at("latency_us"));
+      execution.picked = execution.start - rt::from_us(args.at("take_us"));
       if (args.contains("caused_by")) execution.cause = args.at("caused_by");
       trace.executions.push_back(std::move(execution));
     }
@@ -260,15 +275,14 @@ Trace trace_of(const json& document) {
 
 }  // namespace
 
-Trace make_trace(const json& run) {
-  Trace trace{.about = about(run)};
+Trace make_trace(const rt::Run& run, bool has_several_processes,
+                 const std::function<bool(const rt::Run::Traced&)>& is_held) {
+  Trace trace{.about = about(run, has_several_processes)};
   std::vector<Found> all;
-  for (const json& thread : run.at("trace")) {
-    for (const json& event : thread.at("events")) {
-      all.push_back(found(event, trace.threads.size()));
-    }
-    trace.threads.push_back({thread.at("process"), thread.at("thread"), thread.at("tid"),
-                             thread.at("overwritten"), thread.at("is_prompt")});
+  for (const rt::Run::Traced& thread : *run.trace) {
+    for (const json& event : thread.events) all.push_back(found(event, trace.threads.size()));
+    trace.threads.push_back({thread.process, thread.thread, thread.tid, thread.overwritten,
+                             thread.is_realtime && !is_held(thread)});
   }
   std::sort(all.begin(), all.end(),
             [](const Found& a, const Found& b) { return a.execution.start < b.execution.start; });

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "takt/base/time.hpp"
+#include "takt/measuring/run.hpp"
 
 namespace takt::tools {
 
@@ -43,8 +45,10 @@ struct Trace {
   std::vector<TracedExecution> executions;  // sorted by start
 };
 
-/// The trace in the result of run_processes, which was recorded there.
-Trace make_trace(const nlohmann::json& run);
+/// Of a run that has one. `is_held`: a trigger or a period decides when the executor of this thread
+/// runs.
+Trace make_trace(const rt::Run& run, bool has_several_processes,
+                 const std::function<bool(const rt::Run::Traced&)>& is_held);
 
 /// Writes it in Chrome's Trace Event Format, for the viewers of Perfetto (ui.perfetto.dev) and
 /// Chrome (chrome://tracing): a slice for each execution on its thread, below it the time in the

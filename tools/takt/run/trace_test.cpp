@@ -18,46 +18,48 @@ using nlohmann::json;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-/// A result of run_processes.
-json run(const std::vector<json>& threads) {
-  return {{"file", "robot.yaml"},
-          {"duration_s", 2.5},
-          {"callbacks", {{{"node", "/node"}, {"callback", "tick"}}}},
-          {"chains",
-           {{{"name", "c"},
-             {"latency_us",
-              {{"count", 1},
-               {"p50", 1},
-               {"p99", 1},
-               {"p999", 1},
-               {"max", 1},
-               {"histogram", {{3, 1}}}}}}}},
-          {"traced_executors",
-           {{"all", {{"type", "events"}, {"scheduler", "fifo"}, {"callbacks", {"/node/tick"}}}}}},
-          {"trace", threads}};
+rt::Run run(const std::vector<rt::Run::Traced>& threads) {
+  rt::Run run{.file = "robot.yaml", .duration_s = 2.5, .trace = threads};
+  run.callbacks.push_back({.executor = "all"});
+  run.callbacks[0].statistics.node = "/node";
+  run.callbacks[0].statistics.callback = "tick";
+  run.chains.push_back({.name = "c"});
+  run.chains[0].statistics.latency.record(Nanoseconds(1000));
+  return run;
+}
+
+Trace trace_of(const std::vector<rt::Run::Traced>& threads) {
+  return make_trace(run(threads), false, [](const rt::Run::Traced&) { return false; });
 }
 
 std::string path_of_file() {
   return testing::TempDir() + "trace_test.json";
 }
 
-json written(const std::vector<json>& threads) {
+json written(const std::vector<rt::Run::Traced>& threads) {
   std::filesystem::remove(path_of_file());  // which another test may have read
-  write_trace(make_trace(run(threads)), path_of_file());
+  write_trace(trace_of(threads), path_of_file());
   json document = json::parse(std::ifstream(path_of_file()));
   std::filesystem::remove(path_of_file());
   return document;
 }
 
-/// In the format of process_json.
+/// In the format of rt::run_of.
 json execution(const char* name, const char* kind, int sequence, int chain, int lost, int ready,
                int picked, int start, int end, int path = 0, int cause = 0) {
   return json::array({name, kind, sequence, chain, lost, ready, picked, start, end, end - start - 1,
                       path, cause, false});
 }
-json thread(int tid, const std::vector<json>& executions, int overwritten = 0) {
-  return {{"process", "robot"},         {"thread", "worker"}, {"tid", tid},
-          {"overwritten", overwritten}, {"is_prompt", false}, {"events", executions}};
+rt::Run::Traced thread(int tid, const std::vector<json>& executions,
+                       std::uint64_t overwritten = 0) {
+  return {.process = "robot",
+          .executor = "all",
+          .executor_type = "events",
+          .scheduler = "fifo",
+          .thread = "worker",
+          .tid = tid,
+          .overwritten = overwritten,
+          .events = executions};
 }
 
 TEST(TraceFile, HasASliceForAnExecutionAndOneForItsTimeInTheQueue) {
@@ -67,8 +69,7 @@ TEST(TraceFile, HasASliceForAnExecutionAndOneForItsTimeInTheQueue) {
     "displayTimeUnit": "ns",
     "otherData": {"overwritten_executions": 3, "file": "robot.yaml", "duration_s": 2.5,
                   "callbacks": ["/node/tick"],
-                  "executors": {"all": {"type": "events", "scheduler": "fifo", "callbacks": ["/node/tick"]}},
-                  "chains": [{"name": "c", "latency_us": {"count": 1, "p50": 1, "p99": 1, "p999": 1, "max": 1}}]},
+                  "executors": {"all": {"type": "events", "scheduler": "fifo", "callbacks": ["/node/tick"]}}},
     "traceEvents": [
       {"ph": "M", "pid": 1, "name": "process_name", "args": {"name": "robot"}},
       {"ph": "M", "pid": 1, "tid": 7, "name": "thread_name",
@@ -80,6 +81,9 @@ TEST(TraceFile, HasASliceForAnExecutionAndOneForItsTimeInTheQueue) {
       {"ph": "e", "pid": 1, "tid": 7, "name": "ready: /node tick", "cat": "ready", "id": 0, "ts": 2.0}
     ]})");
   expected["otherData"]["machine"] = document["otherData"]["machine"];
+  expected["otherData"]["chains"] = document["otherData"]["chains"];
+  EXPECT_EQ(document["otherData"]["chains"][0]["latency_us"]["p99"], 1);
+  EXPECT_FALSE(document["otherData"]["chains"][0]["latency_us"].contains("histogram"));
   EXPECT_EQ(document, expected);
 }
 
@@ -119,7 +123,7 @@ std::vector<std::string> lines_of(const Trace& trace) {
 }
 
 // Twice on one path: the second one began after the message was published.
-const std::vector<json> kCaused{
+const std::vector<rt::Run::Traced> kCaused{
     thread(7, {execution("/a/tick", "timer", 1, 1, 0, 1'000, 1'000, 1'010, 1'100, 77),
                execution("/b/in", "subscription", 2, 1, 2, 1'050, 1'100, 1'200, 1'300, 78, 77),
                execution("/b/in", "subscription", 3, 1, 0, 1'060, 1'300, 1'400, 1'500, 78, 77)}),
@@ -129,7 +133,7 @@ const std::vector<json> kCaused{
            6)};
 
 TEST(Trace, KnowsWhichExecutionPublishedTheMessageOfAnother) {
-  EXPECT_THAT(lines_of(make_trace(run(kCaused))),
+  EXPECT_THAT(lines_of(trace_of(kCaused)),
               testing::ElementsAre("7 /a/tick timer 0 0 0 10 100 89 by -",
                                    "7 /b/in subscription 2 50 100 200 300 99 by 0",
                                    "7 /b/in subscription 0 60 300 400 500 99 by 0",
@@ -138,7 +142,7 @@ TEST(Trace, KnowsWhichExecutionPublishedTheMessageOfAnother) {
 }
 
 TEST(Trace, IsReadAsItWasWritten) {
-  const Trace trace = make_trace(run(kCaused));
+  const Trace trace = trace_of(kCaused);
   std::filesystem::remove(path_of_file());  // which another test may have read
   write_trace(trace, path_of_file());
   const Trace read = read_trace(path_of_file());

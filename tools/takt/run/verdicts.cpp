@@ -19,7 +19,6 @@
 
 #include "run/decisive_figures.hpp"
 #include "run/setup.hpp"
-#include "run/stored_fault.hpp"
 #include "table.hpp"
 
 namespace takt::tools {
@@ -38,21 +37,15 @@ struct RowRuns {
   std::vector<double> seconds;
 };
 
-/// An earlier Takt put all on one executor, unless that of the file was kept.
-std::string placement_of(const json& run) {
-  return run.value("placement", run.at("executor") == "file" ? "file" : "merged");
-}
-
-std::vector<RowRuns> rows_of(const json& runs) {
+std::vector<RowRuns> rows_of(const std::vector<rt::Run>& runs) {
   std::vector<RowRuns> rows;
-  for (const json& run : runs) {
-    RowName name{run.at("file"), run.at("executor"), placement_of(run), run.at("scheduler"),
-                 run.at("composition")};
+  for (const rt::Run& run : runs) {
+    RowName name{run.file, run.executor, run.placement, run.scheduler, run.composition};
     auto row = std::find_if(rows.begin(), rows.end(),
                             [&name](const RowRuns& other) { return other.name == name; });
     if (row == rows.end()) row = rows.insert(row, {std::move(name), setup_of(run), {}, {}});
-    row->repeats[run.at("repeat").get<std::size_t>()] = decisive_figures(run);
-    row->seconds.push_back(run.at("duration_s"));
+    row->repeats[run.repeat] = decisive_figures(run);
+    row->seconds.push_back(run.duration_s);
   }
   return rows;
 }
@@ -103,21 +96,19 @@ std::vector<std::string> stored_names() {
   return names;
 }
 
-json read_stored(const std::string& path) {
+std::vector<rt::Run> read_stored(const std::string& path) {
   // Limit: bytes of a file of stored runs. At it: an error. Seen: the error.
   constexpr std::size_t kMostStoredBytes = 1 << 30;
-  try {
-    json runs = rt::json_or_null(read_text(path, kMostStoredBytes)).at("runs");
-    if (rows_of(runs).empty()) throw Error("no runs are stored in it", "store them again", path);
-    for (std::size_t i = 0; i < runs.size(); ++i) {
-      const std::string fault = stored_fault(runs[i]);
-      if (fault.empty()) continue;
-      throw Error(fmt::format("runs[{}]: {}", i, fault), "store the runs again", path);
-    }
-    return runs;
-  } catch (const json::exception&) {
-    throw Error("this is no file of takt compare --save", "store the runs again", path);
+  std::vector<rt::Run> runs =
+      rt::read_runs(rt::json_or_null(read_text(path, kMostStoredBytes)), path + ": ");
+  if (runs.empty()) throw Error("no runs are stored in it", "store them again", path);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (runs[i].duration_s > 0) continue;
+    throw Error(
+        fmt::format("runs[{}].duration_s is {}, and must be above 0", i, runs[i].duration_s),
+        "store the runs again", path);
   }
+  return runs;
 }
 
 /// The values of a figure in each repeat that has a ratio.
@@ -286,7 +277,7 @@ std::string stored_path(const std::string& name) {
 Against find_against(const std::string& name, std::span<const RowName> rows) {
   const bool is_row = std::any_of(rows.begin(), rows.end(),
                                   [&name](const RowName& row) { return is_called(row, name); });
-  if (name.empty() || is_row) return {name, nullptr};
+  if (name.empty() || is_row) return {name, {}};
   const std::string path = stored_path(name);
   std::error_code ignored;
   if (!fs::exists(path, ignored)) {
@@ -297,7 +288,7 @@ Against find_against(const std::string& name, std::span<const RowName> rows) {
                 suggest(name, valid));
   }
   Against against{name, read_stored(path)};
-  const std::vector<RowRuns> stored = rows_of(against.stored);
+  const std::vector<RowRuns> stored = rows_of(*against.stored);
   std::vector<RowName> stored_names;
   for (const RowRuns& row : stored) stored_names.push_back(row.name);
   for (const RowName& row : rows) {
@@ -312,10 +303,10 @@ Against find_against(const std::string& name, std::span<const RowName> rows) {
   return against;
 }
 
-std::vector<Compared> compare_rows(const json& runs, const Against& against) {
+std::vector<Compared> compare_rows(const std::vector<rt::Run>& runs, const Against& against) {
   const std::vector<RowRuns> rows = rows_of(runs);
-  const bool is_paired = against.stored.is_null();
-  const std::vector<RowRuns> stored = is_paired ? std::vector<RowRuns>() : rows_of(against.stored);
+  const bool is_paired = !against.stored;
+  const std::vector<RowRuns> stored = is_paired ? std::vector<RowRuns>() : rows_of(*against.stored);
   std::vector<Compared> all;
   std::size_t decided = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -446,9 +437,9 @@ std::string lengths_note(std::span<const Compared> all) {
   return "";
 }
 
-std::vector<std::string> stored_notes(const json& runs, const Against& against) {
-  if (against.stored.is_null()) return {};
-  const std::vector<RowRuns> stored = rows_of(against.stored);
+std::vector<std::string> stored_notes(const std::vector<rt::Run>& runs, const Against& against) {
+  if (!against.stored) return {};
+  const std::vector<RowRuns> stored = rows_of(*against.stored);
   std::vector<std::string> notes;
   const auto add = [&notes](std::string note) {
     if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
@@ -475,16 +466,16 @@ std::vector<std::string> stored_notes(const json& runs, const Against& against) 
 }
 
 void print_verdicts(std::span<const Compared> all, const Against& against) {
-  if (all.empty() && !against.stored.is_null()) {  // one repeat has no ratio
+  if (all.empty() && against.stored) {  // one repeat has no ratio
     std::size_t least = rt::kLeastRepeats;
-    for (const RowRuns& row : rows_of(against.stored)) least = std::min(least, row.repeats.size());
+    for (const RowRuns& row : rows_of(*against.stored)) least = std::min(least, row.repeats.size());
     if (least < rt::kLeastRepeats) {
       rt::print("{}", too_few_stored(least));
       return;
     }
   }
   if (!check_repeats(all)) return;
-  const bool is_paired = against.stored.is_null();
+  const bool is_paired = !against.stored;
   for_each_part(
       all, [](const Compared& each) { return each.row.file; },
       [is_paired](std::span<const Compared> of_file) { print_file(of_file, is_paired); });

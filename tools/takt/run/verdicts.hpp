@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "takt/measuring/ratio.hpp"
+#include "takt/measuring/run.hpp"
 
 namespace takt::tools {
 
@@ -23,11 +24,11 @@ struct RowName {
   std::string text() const;
 };
 
-/// What the rows are compared with: the row of this name, else (`stored` is not null) the runs that
-/// were stored by it, else the first row of each file.
+/// What the rows are compared with: the row of this name, else the runs that were stored by it,
+/// else the first row of each file.
 struct Against {
   std::string name;
-  nlohmann::json stored;
+  std::optional<std::vector<rt::Run>> stored;
 };
 
 /// Finds what `--against` names, for these rows. Throws Error if there is no such thing, or if what
@@ -51,7 +52,7 @@ struct Compared {
 /// Of all rows of the runs but those that the others are compared with. The decisions are for each
 /// file together. Without two repeats a figure has no ratio, and is not there; nor
 /// has a count if the runs differ in length by more than 10 %.
-std::vector<Compared> compare_rows(const nlohmann::json& runs, const Against& against);
+std::vector<Compared> compare_rows(const std::vector<rt::Run>& runs, const Against& against);
 
 /// Decides on all of them as one family.
 void decide(std::span<Compared> family);
@@ -77,7 +78,7 @@ std::string lengths_note(std::span<const Compared> all);
 
 /// What tells the stored runs from these: another file, figures that only one side has. Nothing if
 /// none are stored.
-std::vector<std::string> stored_notes(const nlohmann::json& runs, const Against& against);
+std::vector<std::string> stored_notes(const std::vector<rt::Run>& runs, const Against& against);
 
 /// A table and a sentence for each row, of one file after the other; one line if all have too few
 /// repeats.

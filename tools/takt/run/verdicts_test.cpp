@@ -10,7 +10,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/temporary.hpp"
-#include "takt/measuring/process_json.hpp"
+#include "takt/measuring/run.hpp"
 
 namespace takt::tools {
 namespace {
@@ -20,8 +20,8 @@ using testing::HasSubstr;
 using testing::ThrowsMessage;
 
 /// A run with one subscription, whose one latency is so many µs, and one thread.
-json run_of(const std::string& executor, int repeat, double us, std::uint64_t misses = 0,
-            const std::string& file = "robot.yaml") {
+rt::Run run_of(const std::string& executor, std::uint64_t repeat, double us,
+               std::uint64_t misses = 0, const std::string& file = "robot.yaml") {
   ProcessResult process;
   process.duration_s = 1;
   process.cpu_percent = 10;
@@ -31,19 +31,18 @@ json run_of(const std::string& executor, int repeat, double us, std::uint64_t mi
   statistics.received = 1;
   statistics.deadline_misses = misses;
   statistics.latency.record(Nanoseconds(std::llround(us * 1e3)));
-  json run = rt::process_json(process);
-  run["file"] = file;
-  run["executor"] = executor;
-  run["placement"] = run["scheduler"] = run["composition"] = "file";
-  run["repeat"] = repeat;
+  rt::Run run = rt::run_of(process);
+  run.file = file;
+  run.executor = executor;
+  run.repeat = repeat;
   return run;
 }
 
 /// Repeats in which the machine becomes slower; `events` takes 0.8 times as long as `static`.
-json runs_of_two(int repeats) {
-  json runs = json::array();
-  for (int i = 0; i < repeats; ++i) {
-    const double us = 100 * (1 + i);
+std::vector<rt::Run> runs_of_two(std::uint64_t repeats) {
+  std::vector<rt::Run> runs;
+  for (std::uint64_t i = 0; i < repeats; ++i) {
+    const double us = 100 * static_cast<double>(1 + i);
     runs.push_back(run_of("static", i, us));
     runs.push_back(run_of("events", i, 0.8 * us * (i % 2 == 0 ? 1.01 : 0.99)));
   }
@@ -54,6 +53,10 @@ json document_of(json runs) {
   json document = json::object();
   document["runs"] = std::move(runs);
   return document;
+}
+
+json json_of(const std::vector<rt::Run>& runs) {
+  return rt::result_document(runs).at("runs");
 }
 
 std::vector<std::string> figures_of(const std::vector<Compared>& all) {
@@ -81,20 +84,17 @@ TEST(Verdicts, AreOfPairsAgainstTheFirstRow) {
 
 /// A second thread may be what makes the difference.
 TEST(Verdicts, NameWhatElseThanTheExecutorDiffers) {
-  json runs = runs_of_two(8);
-  for (json& run : runs) {
-    const std::size_t threads = run.at("executor") == "events" ? 2 : 1;
-    ProcessResult process{.name = "robot"};
-    process.executors.push_back({.name = "default", .type = run.at("executor")});
-    process.threads.resize(threads, {.executor = "default"});
-    for (const char* key : {"executors", "threads"}) run[key] = rt::process_json(process).at(key);
+  std::vector<rt::Run> runs = runs_of_two(8);
+  for (rt::Run& run : runs) {
+    run.executors.push_back({.name = "default", .type = run.executor});
+    run.threads.resize(run.executor == "events" ? 2 : 1, {.executor = "default"});
   }
   EXPECT_THAT(sentence(compare_rows(runs, {})),
               HasSubstr(": real, and so differ threads 2 against 1."));
 }
 
 TEST(Verdicts, AreAgainstTheRowThatIsNamed) {
-  const std::vector<Compared> all = compare_rows(runs_of_two(8), {"events", nullptr});
+  const std::vector<Compared> all = compare_rows(runs_of_two(8), {"events", {}});
   EXPECT_EQ(all[0].row.executor, "static");
   EXPECT_NEAR(all[0].ratio.value, 1.25, 0.001);
 }
@@ -107,14 +107,14 @@ TEST(Verdicts, BelowSixRepeatsThereIsNone) {
 }
 
 TEST(Verdicts, AreOfEachFileAlone) {
-  json runs = runs_of_two(6);
-  for (int i = 0; i < 6; ++i) runs.push_back(run_of("static", i, 5, 0, "other.yaml"));
+  std::vector<rt::Run> runs = runs_of_two(6);
+  for (std::uint64_t i = 0; i < 6; ++i) runs.push_back(run_of("static", i, 5, 0, "other.yaml"));
   for (const Compared& each : compare_rows(runs, {})) EXPECT_EQ(each.row.file, "robot.yaml");
 }
 
 TEST(Verdicts, OfMissesCountHalfAMissMore) {
-  json runs = json::array();
-  for (int i = 0; i < 8; ++i) {
+  std::vector<rt::Run> runs;
+  for (std::uint64_t i = 0; i < 8; ++i) {
     runs.push_back(run_of("static", i, 100, 0));
     runs.push_back(run_of("events", i, 100, 2));
   }
@@ -125,26 +125,26 @@ TEST(Verdicts, OfMissesCountHalfAMissMore) {
 
 /// Half a count in 20 ms is 15 times the rate of half a count in 300 ms: "misses is 8.00: real".
 TEST(Verdicts, OfCountsAreLeftOutIfTheRunsDifferInLength) {
-  json stored = json::array(), runs = json::array();
-  for (int i = 0; i < 8; ++i) {
+  std::vector<rt::Run> stored, runs;
+  for (std::uint64_t i = 0; i < 8; ++i) {
     stored.push_back(run_of("events", i, 100, i == 0 ? 1 : 0));
     runs.push_back(run_of("events", i, 100));
-    runs.back()["duration_s"] = 0.05;
+    runs.back().duration_s = 0.05;
   }
   std::vector<Compared> all = compare_rows(runs, {"base", stored});
   EXPECT_THAT(figures_of(all), testing::ElementsAre("p50", "p99", "max", "cpu_%"));
   EXPECT_EQ(lengths_note(all),
             "runs of events (base) took 1.00 s, of events 0.05 s: the longer a run, the larger its "
             "maximum; counts (misses, wakeups/s) are left out\n");
-  for (json& run : runs) run["duration_s"] = 0.95;
+  for (rt::Run& run : runs) run.duration_s = 0.95;
   all = compare_rows(runs, {"base", stored});
   EXPECT_EQ(all.front().figure, "misses");
   EXPECT_EQ(lengths_note(all), "");
 }
 
 TEST(Verdicts, LeaveOutARunWithoutItsPair) {
-  json runs = runs_of_two(8);
-  runs.erase(runs.size() - 1);  // interrupted
+  std::vector<rt::Run> runs = runs_of_two(8);
+  runs.pop_back();  // interrupted
   EXPECT_EQ(compare_rows(runs, {}).front().ratio.repeats, 7u);
 }
 
@@ -162,9 +162,9 @@ class Stored : public testing::Test {
 };
 
 TEST_F(Stored, RunsAreComparedRowByRowAndNotInPairs) {
-  json before = runs_of_two(8);
-  for (json& run : before) run["file"] = "old_name.yaml";
-  const Against against = find_against(store(document_of(before)), rows_);
+  std::vector<rt::Run> before = runs_of_two(8);
+  for (rt::Run& run : before) run.file = "old_name.yaml";
+  const Against against = find_against(store(document_of(json_of(before))), rows_);
   const std::vector<Compared> all = compare_rows(runs_of_two(7), against);
   EXPECT_EQ(all.front().row.executor, "static");
   EXPECT_THAT(all.front().other, testing::StartsWith("static ("));
@@ -174,29 +174,26 @@ TEST_F(Stored, RunsAreComparedRowByRowAndNotInPairs) {
 }
 
 TEST_F(Stored, OneRowStandsForAll) {
-  json before = json::array();
-  for (int i = 0; i < 6; ++i) before.push_back(run_of("isolated", i, 100));
-  const Against against = find_against(store(document_of(before)), rows_);
+  std::vector<rt::Run> before;
+  for (std::uint64_t i = 0; i < 6; ++i) before.push_back(run_of("isolated", i, 100));
+  const Against against = find_against(store(document_of(json_of(before))), rows_);
   EXPECT_THAT(compare_rows(runs_of_two(6), against).front().other, HasSubstr("isolated"));
 }
 
 /// Another system was compared without a word, by the figures that both have.
 TEST_F(Stored, RunsOfAnotherSystemAreNoted) {
-  const auto chain = [](json run) {
-    ProcessResult process;
-    process.chains.push_back({.name = "joint"});
-    run["chains"] = rt::process_json(process).at("chains");
+  const auto chain = [](rt::Run run) {
+    run.chains.push_back({.name = "joint"});
     return run;
   };
-  const json stored = json::array({chain(run_of("events", 0, 100, 0, "lidar.yaml"))});
-  const json runs = json::array({run_of("events", 0, 100), run_of("events", 1, 100)});
+  const std::vector<rt::Run> stored{chain(run_of("events", 0, 100, 0, "lidar.yaml"))};
+  const std::vector<rt::Run> runs{run_of("events", 0, 100), run_of("events", 1, 100)};
   EXPECT_THAT(
       stored_notes(runs, {"before", stored}),
       testing::ElementsAre("before was stored of lidar.yaml, and is compared with robot.yaml",
                            "events: before has figures that these runs lack: joint misses"));
-  EXPECT_THAT(
-      stored_notes(json::array({chain(run_of("events", 0, 100, 0, "./robot.yaml"))}), {"b", runs}),
-      testing::ElementsAre("events: b lacks figures of these runs: joint misses"));
+  EXPECT_THAT(stored_notes({chain(run_of("events", 0, 100, 0, "./robot.yaml"))}, {"b", runs}),
+              testing::ElementsAre("events: b lacks figures of these runs: joint misses"));
   EXPECT_TRUE(stored_notes(runs, {"before", runs}).empty());
   EXPECT_TRUE(stored_notes(runs, {}).empty());
 }
@@ -212,17 +209,17 @@ TEST_F(Stored, TooFewRepeatsAreCalledStored) {
 }
 
 TEST_F(Stored, RunsMustHaveEachRow) {
-  json before = runs_of_two(6);
-  for (json& run : before) {
-    if (run.at("executor") == "events") run["executor"] = "isolated";
+  std::vector<rt::Run> before = runs_of_two(6);
+  for (rt::Run& run : before) {
+    if (run.executor == "events") run.executor = "isolated";
   }
-  EXPECT_THAT([&] { find_against(store(document_of(before)), rows_); },
+  EXPECT_THAT([&] { find_against(store(document_of(json_of(before))), rows_); },
               ThrowsMessage<Error>(testing::AllOf(HasSubstr("nothing is stored of 'events'"),
                                                   HasSubstr("valid: static, isolated"))));
 }
 
 TEST_F(Stored, RunsOfAnEarlierTaktAreOfOneExecutorForAll) {
-  json before = runs_of_two(8);
+  json before = json_of(runs_of_two(8));
   for (json& run : before) run.erase("placement");
   const std::string path = store(document_of(before));
   EXPECT_THAT([&] { find_against(path, rows_); },
@@ -241,9 +238,9 @@ TEST_F(Stored, AnythingElseIsRefused) {
                                document_of(json::array({document_of(3)}))}) {
     EXPECT_THROW(find_against(store(document), rows_), Error) << document;
   }
-  const json spoiled = run_of("static", 0, 100);
+  const json spoiled = rt::run_json(run_of("static", 0, 100));
   for (const auto& [key, value] : spoiled.items()) {
-    if (key == "notes" || key == "failed" || key == "trace") continue;
+    if (key == "releases") continue;  // computed
     json run = spoiled;
     run[key] = "nonsense";
     if (value.is_string()) run[key] = 1;
@@ -265,12 +262,13 @@ TEST_F(Stored, NumbersThatCannotBeAreRefusedByName) {
       {"/callbacks/0/latency_us/count"_json_pointer, -1},
       {"/callbacks/0/latency_us/min"_json_pointer, 1e9}};
   for (const auto& [where, value] : spoilt) {
-    json run = run_of("static", 1, 100);
+    json run = rt::run_json(run_of("static", 1, 100));
     ASSERT_TRUE(run.contains(where)) << where;
     run[where] = value;
-    const std::string path = store(document_of(json::array({run_of("static", 0, 100), run})));
+    const std::string path =
+        store(document_of(json::array({rt::run_json(run_of("static", 0, 100)), run})));
     EXPECT_THAT([&] { find_against(path, rows_); },
-                ThrowsMessage<Error>(testing::AllOf(HasSubstr(path), HasSubstr("runs[1]: "),
+                ThrowsMessage<Error>(testing::AllOf(HasSubstr(path), HasSubstr("runs[1]."),
                                                     HasSubstr(value.dump()))))
         << where;
   }
@@ -281,8 +279,8 @@ TEST(Against, AWrongNameIsAnsweredByTheRightOnes) {
   EXPECT_THAT([&] { find_against("evnts", rows); },
               ThrowsMessage<Error>(testing::AllOf(HasSubstr("evnts.compared.json"),
                                                   HasSubstr("valid: static, events edf"))));
-  EXPECT_TRUE(find_against("events", rows).stored.is_null());
-  EXPECT_TRUE(find_against("events edf", rows).stored.is_null());
+  EXPECT_FALSE(find_against("events", rows).stored);
+  EXPECT_FALSE(find_against("events edf", rows).stored);
   EXPECT_EQ(find_against("", rows).name, "");
 }
 

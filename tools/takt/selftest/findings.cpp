@@ -10,7 +10,6 @@
 #include "takt/base/error.hpp"
 #include "takt/measuring/rounds.hpp"
 
-#include "run/result_json.hpp"
 #include "selftest/stamps.hpp"
 
 namespace takt::tools {
@@ -53,11 +52,11 @@ class Comparison {
     findings_.push_back(
         {std::move(figure), run_.executor, run_.transport, shown, independent, limit});
   }
-  const json& callback_of(const std::string& topic) const;
+  const CallbackStatistics& callback_of(const std::string& topic) const;
   std::vector<Pair> pairs_of(const std::string& topic);
-  void compare_time(const std::string& topic, const char* name, const json& shown,
+  void compare_time(const std::string& topic, const char* name, const Histogram& shown,
                     std::vector<Pair>& pairs, double Pair::*by_takt, double Pair::*own);
-  void compare_distribution(const std::string& figure, const json& shown,
+  void compare_distribution(const std::string& figure, const Histogram& shown,
                             std::vector<double> values, double extra);
   void compare_misses(const std::string& topic, const std::vector<Pair>& pairs);
   void compare_chains(const std::vector<Pair>& pairs);
@@ -67,9 +66,9 @@ class Comparison {
   std::size_t discarded_ = 0;
 };
 
-const json& Comparison::callback_of(const std::string& topic) const {
-  for (const json& callback : run_.run.at("callbacks")) {
-    if (callback.at("callback") == topic) return callback;
+const CallbackStatistics& Comparison::callback_of(const std::string& topic) const {
+  for (const rt::Run::Callback& callback : run_.run.callbacks) {
+    if (callback.statistics.callback == topic) return callback.statistics;
   }
   throw Error(fmt::format("a run of the self-test shows no callback '{}'", topic));
 }
@@ -106,7 +105,7 @@ std::vector<Pair> Comparison::pairs_of(const std::string& topic) {
 // What is off once counts as preempted where nobody can tell, as between virtual machines; more
 // often it is a finding. Either way takt's own time goes into the distribution, which is compared
 // with the statistics.
-void Comparison::compare_time(const std::string& topic, const char* name, const json& shown,
+void Comparison::compare_time(const std::string& topic, const char* name, const Histogram& shown,
                               std::vector<Pair>& pairs, double Pair::*by_takt, double Pair::*own) {
   // To give a message of shared memory back takes iceoryx some microseconds, and the callback's
   // execution ends after that.
@@ -127,15 +126,15 @@ void Comparison::compare_time(const std::string& topic, const char* name, const 
   compare_distribution(fmt::format("{}: {}", topic, name), shown, std::move(values), extra);
 }
 
-void Comparison::compare_distribution(const std::string& figure, const json& shown,
+void Comparison::compare_distribution(const std::string& figure, const Histogram& shown,
                                       std::vector<double> values, double extra) {
-  add(figure + ", count", shown.at("count"), static_cast<double>(values.size()), 0);
-  if (shown.at("count") == 0) return;
-  for (const auto& [name, key, fraction] :
-       {std::tuple("p50", "p50", 0.5), std::tuple("p99", "p99", 0.99),
-        std::tuple("maximum", "max", 1.0)}) {
+  add(figure + ", count", static_cast<double>(shown.count()), static_cast<double>(values.size()),
+      0);
+  if (shown.count() == 0) return;
+  for (const auto& [name, fraction] : {std::pair("p50", 0.5), {"p99", 0.99}, {"maximum", 1.0}}) {
     const double own = percentile(values, fraction);
-    add(fmt::format("{}, {}, µs", figure, name), shown.at(key), own,
+    add(fmt::format("{}, {}, µs", figure, name),
+        rt::us(fraction == 1 ? shown.max() : shown.percentile(fraction)), own,
         (fraction == 0.5 ? limit_of_median(own) : limit_of(own)) + extra);
   }
 }
@@ -148,22 +147,22 @@ void Comparison::compare_misses(const std::string& topic, const std::vector<Pair
     misses += pair.own_end() > deadline ? 1 : 0;
     unclear += std::abs(pair.own_end() - deadline) <= 2 * limit_of(0) ? 1 : 0;
   }
-  add(topic + ": misses", callback_of(topic).at("deadline_misses"), static_cast<double>(misses),
-      static_cast<double>(unclear));
+  add(topic + ": misses", static_cast<double>(callback_of(topic).deadline_misses),
+      static_cast<double>(misses), static_cast<double>(unclear));
 }
 
 // The component does not know when the first release was due: so its percentile may be one value
 // beside takt's, and on a busy machine these are far apart.
 void Comparison::compare_chains(const std::vector<Pair>& pairs) {
-  for (const json& chain : run_.run.at("chains")) {
+  for (const rt::Run::Chain& chain : run_.run.chains) {
     std::vector<double> values;
     for (const Pair& pair : pairs) {
       if (pair.own_chain != 0) values.push_back(pair.own_chain);
     }
     const auto count = static_cast<double>(values.size());
-    add("chain: instances", chain.at("instances"), count, 1);
+    add("chain: instances", static_cast<double>(chain.statistics.instances), count, 1);
     for (const double fraction : {0.5, 0.99}) {
-      const double shown = chain.at("latency_us").at(fraction == 0.5 ? "p50" : "p99");
+      const double shown = rt::us(chain.statistics.latency.percentile(fraction));
       double own = 0;
       for (const double beside : {0., -1., 1.}) {
         const double value = percentile(values, std::clamp(fraction + beside / count, 0., 1.));
@@ -175,13 +174,12 @@ void Comparison::compare_chains(const std::vector<Pair>& pairs) {
 }
 
 void Comparison::compare_topic(const std::string& topic) {
-  const json& shown = callback_of(topic);
+  const CallbackStatistics& shown = callback_of(topic);
   const json& own = run_.books.at(topic);
   std::vector<Pair> pairs = pairs_of(topic);
   if (!pairs.empty()) {
-    compare_time(topic, "waiting + take", shown.at("latency_us"), pairs, &Pair::latency,
-                 &Pair::own_latency);
-    compare_time(topic, "execution", shown.at("execution_us"), pairs, &Pair::execution,
+    compare_time(topic, "waiting + take", shown.latency, pairs, &Pair::latency, &Pair::own_latency);
+    compare_time(topic, "execution", shown.execution, pairs, &Pair::execution,
                  &Pair::own_execution);
     if (topic == "small") {
       compare_misses(topic, pairs);
@@ -190,16 +188,16 @@ void Comparison::compare_topic(const std::string& topic) {
   }
   const auto sent = own.at("sent").get<double>();
   const auto received = static_cast<double>(own.at("received").size());
-  add(topic + ": sent", shown.at("expected"), sent, 0);
-  add(topic + ": received", shown.at("received"), received, 0);
-  add(topic + ": dropped", shown.at("dropped"), sent - received, 0);
+  add(topic + ": sent", static_cast<double>(shown.expected), sent, 0);
+  add(topic + ": received", static_cast<double>(shown.received), received, 0);
+  add(topic + ": dropped", static_cast<double>(shown.dropped), sent - received, 0);
 }
 
 // The thread of an executor that has one.
 void Comparison::compare_thread() {
-  const json* thread = nullptr;
-  for (const json& candidate : run_.run.at("threads")) {
-    if (candidate.at("executor") != "default") continue;
+  const rt::Run::Thread* thread = nullptr;
+  for (const rt::Run::Thread& candidate : run_.run.threads) {
+    if (candidate.executor != "default") continue;
     if (thread != nullptr) return;  // several: the component has seen one
     thread = &candidate;
   }
@@ -208,27 +206,25 @@ void Comparison::compare_thread() {
   // The thread is counted from release to hold, the component counts between its first and last
   // tick.
   const double cpu_percent = 100 * run_.books.at("cpu_s").get<double>() / seconds;
-  add("thread's CPU, %", thread->at("cpu_percent"), cpu_percent, std::max(0.15 * cpu_percent, 1.0));
+  add("thread's CPU, %", thread->cpu_percent, cpu_percent, std::max(0.15 * cpu_percent, 1.0));
   const double wakeups = run_.books.at("wakeups").get<double>() / seconds;
-  add("thread's wake-ups, 1/s",
-      thread->at("wakeups").get<double>() / run_.run.at("duration_s").get<double>(), wakeups,
+  add("thread's wake-ups, 1/s", static_cast<double>(thread->wakeups) / run_.run.duration_s, wakeups,
       std::max(0.1 * wakeups, 50.0));
 }
 
 // The process by getrusage, its threads one by one: executors' and Cyclone's.
 void Comparison::compare_process() {
   double threads = 0;
-  for (const json& thread : run_.run.at("threads")) {
-    threads += thread.at("cpu_percent").get<double>();
-  }
-  for (const json& process : run_.run.at("processes")) {
-    if (process.at("name") != "selftest") continue;
-    const double cpu_percent = process.at("cpu_percent");
+  for (const rt::Run::Thread& thread : run_.run.threads) threads += thread.cpu_percent;
+  for (const rt::Run::Process& process : run_.run.processes) {
+    if (process.name != "selftest") continue;
+    const double cpu_percent = process.cpu_percent;
     add("threads' CPU together, %", threads, cpu_percent, std::max(0.05 * cpu_percent, 0.5));
     // The component has looked before the end, and what others share with it comes and goes.
     const double pss_mb = run_.books.at("pss_kb").get<double>() / 1024;
     if (pss_mb == 0) continue;  // a run too short
-    add("PSS, MB", process.at("pss_kb").get<double>() / 1024, pss_mb, std::max(0.05 * pss_mb, 3.0));
+    add("PSS, MB", static_cast<double>(process.pss_kb) / 1024, pss_mb,
+        std::max(0.05 * pss_mb, 3.0));
   }
 }
 

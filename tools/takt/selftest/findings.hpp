@@ -10,6 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "takt/measuring/run.hpp"
+
 #include "run/trace.hpp"
 
 namespace takt::tools {
@@ -26,7 +28,7 @@ using Findings = std::vector<Finding>;
 /// One run of the component takt::Stamps.
 struct SelftestRun {
   std::string executor, transport;
-  nlohmann::json run;    // what `takt run` shows, with histograms
+  rt::Run run;
   Trace trace;           // of all its executions
   nlohmann::json books;  // what the component has written
 };

@@ -8,9 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "takt/containers/result.hpp"
-#include "takt/measuring/process_json.hpp"
-
-#include "run/result_json.hpp"
+#include "takt/measuring/run.hpp"
 
 namespace takt::tools {
 namespace {
@@ -72,7 +70,7 @@ class SelftestFindings : public testing::Test {
     result.duration_s = 1;
     result.cpu_percent = 10;
     result.pss_kb = 20'000;
-    run_.run = rt::process_json(result);
+    run_.run = rt::run_of(result);
     run_.books["seconds"] = 0.9;
     run_.books["cpu_s"] = 0.09;
     run_.books["wakeups"] = 900;
@@ -89,7 +87,7 @@ class SelftestFindings : public testing::Test {
     }
     return result;
   }
-  static json& small(SelftestRun& run) { return run.run.at("callbacks").at(0); }
+  static CallbackStatistics& small(SelftestRun& run) { return run.run.callbacks[0].statistics; }
 
   SelftestRun run_;
   std::size_t discarded_ = 0;
@@ -101,25 +99,36 @@ TEST_F(SelftestFindings, AreRightWhereRunAndBooksAgree) {
 }
 
 TEST_F(SelftestFindings, SeeAStatisticThatIsWrong) {
-  const auto set = [](const char* time, const char* key, double value) {
-    return [=](SelftestRun& run) { small(run).at(time).at(key) = value; };
+  const auto all = [](Nanoseconds time, std::size_t count = kMessages) {
+    Histogram histogram;
+    for (std::size_t i = 0; i < count; ++i) histogram.record(time);
+    return histogram;
   };
-  EXPECT_THAT(wrong(set("latency_us", "count", kMessages - 10)),
+  const auto set_exact = [](Histogram& times, std::uint64_t count, Nanoseconds max) {
+    times.set_exact(count, times.min(), max, times.sum());
+  };
+  EXPECT_THAT(wrong([&](SelftestRun& run) {
+                set_exact(small(run).latency, kMessages - 10, small(run).latency.max());
+              }),
               ElementsAre("small: waiting + take, count"));
-  EXPECT_THAT(wrong(set("latency_us", "p99", 11)), ElementsAre("small: waiting + take, p99, µs"));
-  EXPECT_THAT(wrong(set("latency_us", "max", 1800)),
+  EXPECT_THAT(wrong([&](SelftestRun& run) {
+                small(run).latency = all(11us, kMessages - 1);
+                small(run).latency.record(2001us);
+              }),
+              ElementsAre("small: waiting + take, p99, µs"));
+  EXPECT_THAT(wrong([&](SelftestRun& run) { set_exact(small(run).latency, kMessages, 2200us); }),
               ElementsAre("small: waiting + take, maximum, µs"));
-  EXPECT_THAT(wrong(set("execution_us", "p50", 90)), ElementsAre("small: execution, p50, µs"));
-  EXPECT_THAT(wrong([](SelftestRun& run) { small(run).at("deadline_misses") = 18; }),
+  EXPECT_THAT(wrong([&](SelftestRun& run) { small(run).execution = all(90us); }),
+              testing::Contains("small: execution, p50, µs"));
+  EXPECT_THAT(wrong([](SelftestRun& run) { small(run).deadline_misses = 18; }),
               ElementsAre("small: misses"));
-  EXPECT_THAT(wrong([](SelftestRun& run) { small(run).at("dropped") = 2; }),
+  EXPECT_THAT(wrong([](SelftestRun& run) { small(run).dropped = 2; }),
               ElementsAre("small: dropped"));
-  EXPECT_THAT(wrong([](SelftestRun& run) { run.run.at("processes").at(0).at("pss_kb") = 24'000; }),
+  EXPECT_THAT(wrong([](SelftestRun& run) { run.run.processes[0].pss_kb = 24'000; }),
               ElementsAre("PSS, MB"));
-  EXPECT_THAT(
-      wrong([](SelftestRun& run) { run.run.at("chains").at(0).at("latency_us").at("p99") = 140; }),
-      ElementsAre("chain: latency p99, µs"));
-  EXPECT_THAT(wrong([](SelftestRun& run) { run.run.at("threads").at(0).at("cpu_percent") = 8; }),
+  EXPECT_THAT(wrong([&](SelftestRun& run) { run.run.chains[0].statistics.latency = all(131us); }),
+              ElementsAre("chain: latency p99, µs"));
+  EXPECT_THAT(wrong([](SelftestRun& run) { run.run.threads[0].cpu_percent = 8; }),
               ElementsAre("thread's CPU, %", "threads' CPU together, %"));
 }
 

@@ -143,7 +143,7 @@ for words, parts in (
           for name in ("", "..", ".", "results/", "/", "a/..", ".json")),
         (("--csv", "-", "--json", "-"), ("cannot both be written to stdout",)),
         (("--against", system), ("is neither",)),
-        (("--against", "six.csv.json"), ("this is no file of takt compare --save",))):
+        (("--against", "six.csv.json"), ("this is no file of results",))):
     pathlib.Path("six.csv.json").write_text("{}")
     executors = () if "--executors" in words else ("--executors", "single_threaded,events")
     shown, errors = run(*LONG, *executors, *words, status=2)
