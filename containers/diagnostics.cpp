@@ -76,7 +76,7 @@ DiagnosticArray diagnostics_of(const std::string& host, const GetStatistics::Res
   array.status.push_back(std::move(container));
   for (const StatisticsInterval::Executor& executor : last.executors) {
     DiagnosticStatus status = status_of(host, "executor " + executor.name);
-    warn(status, executor.misses, executor.dropped);
+    warn(status, executor.faults.deadline_misses, executor.faults.dropped);
     put(status, "type", executor.type);
     put(status, "scheduler", executor.scheduler);
     put(status, "cpu_percent", executor.cpu_percent);
@@ -86,18 +86,18 @@ DiagnosticArray diagnostics_of(const std::string& host, const GetStatistics::Res
   }
   for (const StatisticsInterval::Callback& callback : last.callbacks) {
     DiagnosticStatus status = status_of(host, "callback " + callback.name());
-    warn(status, callback.misses, callback.dropped);
+    warn(status, callback.faults.deadline_misses, callback.faults.dropped);
     put(status, "executor", callback.executor);
     put(status, "rate_hz", callback.rate);
     put(status, "latency", callback.latency);
     put(status, "execution", callback.execution);
-    put(status, "overruns", callback.overruns);
+    put(status, "overruns", callback.faults.overruns);
     put(status, "backlog", callback.backlog);
     array.status.push_back(std::move(status));
   }
   for (const StatisticsInterval::Chain& chain : last.chains) {
     DiagnosticStatus status = status_of(host, "chain " + chain.name);
-    warn(status, chain.misses, 0, chain.aborted);
+    warn(status, chain.faults.misses, 0, chain.faults.aborted);
     put(status, "rate_hz", chain.rate);
     put(status, "latency", chain.latency);
     array.status.push_back(std::move(status));

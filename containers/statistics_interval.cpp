@@ -37,6 +37,23 @@ std::uint64_t grown(std::uint64_t before, std::uint64_t now) noexcept {
   return now - std::min(now, before);
 }
 
+Interval::Faults faults_of(const GetStatistics::Callback& row) noexcept {
+  return {row.misses, row.overruns, row.dropped};
+}
+Interval::ChainFaults faults_of(const GetStatistics::Chain& row) noexcept {
+  return {row.misses, row.aborted};
+}
+
+template <class Row>
+auto new_faults(const Row& before, const Row& now) {
+  const auto then = faults_of(before);
+  auto faults = faults_of(now);
+  for_each_field([](const auto& /*field*/, std::uint64_t& count,
+                    std::uint64_t earlier) { count = grown(earlier, count); },
+                 faults, then);
+  return faults;
+}
+
 class Difference {
  public:
   Difference(const GetStatistics::Response& before, const GetStatistics::Response& now)
@@ -97,12 +114,8 @@ class Difference {
            .rate = rate(before.received, now.received),
            .latency = Interval::Times(now.latency.since(before.latency)),
            .execution = Interval::Times(now.execution.since(before.execution)),
-           .misses = grown(before.misses, now.misses),
-           .overruns = grown(before.overruns, now.overruns),
-           .dropped = grown(before.dropped, now.dropped),
-           .all_misses = now.misses,
-           .all_overruns = now.overruns,
-           .all_dropped = now.dropped,
+           .faults = new_faults(before, now),
+           .all_faults = faults_of(now),
            .backlog = now.topic.empty() ? 0 : grown(served, now.expected)});
     }
   }
@@ -127,10 +140,8 @@ class Difference {
       Interval::Executor* const row = executor(callback.executor);
       if (row == nullptr) continue;
       row->rate += callback.rate;
-      row->misses += callback.misses;
-      row->dropped += callback.dropped;
-      row->all_misses += callback.all_misses;
-      row->all_dropped += callback.all_dropped;
+      merge(row->faults, callback.faults);
+      merge(row->all_faults, callback.all_faults);
     }
   }
 
@@ -142,10 +153,8 @@ class Difference {
                                 .deadline = Nanoseconds(now.deadline_ns),
                                 .rate = rate(before.instances, now.instances),
                                 .latency = Interval::Times(now.latency.since(before.latency)),
-                                .misses = grown(before.misses, now.misses),
-                                .aborted = grown(before.aborted, now.aborted),
-                                .all_misses = now.misses,
-                                .all_aborted = now.aborted});
+                                .faults = new_faults(before, now),
+                                .all_faults = faults_of(now)});
     }
   }
 

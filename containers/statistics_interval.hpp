@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "takt/base/fields.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/containers/get_statistics.hpp"
 
@@ -20,15 +21,21 @@ struct StatisticsInterval {
     explicit Times(const Histogram& part);
     Times() = default;
   };
+  /// Of callbacks; in a row of the interval, and since the start.
+  struct Faults {
+    std::uint64_t deadline_misses = 0, overruns = 0, dropped = 0;
+  };
+  struct ChainFaults {
+    std::uint64_t misses = 0, aborted = 0;
+  };
   struct Thread : GetStatistics::Thread {
     double cpu_percent = 0, wakeups_per_s = 0, preemptions_per_s = 0;
   };
   struct Executor : GetStatistics::Executor {
     std::size_t threads = 0;
-    double cpu_percent = 0;  // of its threads
-    double rate = 0;         // of its callbacks
-    std::uint64_t misses = 0, dropped = 0;
-    std::uint64_t all_misses = 0, all_dropped = 0;  // since the start
+    double cpu_percent = 0;     // of its threads
+    double rate = 0;            // of its callbacks
+    Faults faults, all_faults;  // of its callbacks
   };
   struct Callback {
     std::string executor, node, group, callback, kind, topic;
@@ -36,8 +43,7 @@ struct StatisticsInterval {
     Nanoseconds deadline{0}, budget{0};
     double rate = 0;
     Times latency, execution;
-    std::uint64_t misses = 0, overruns = 0, dropped = 0;
-    std::uint64_t all_misses = 0, all_overruns = 0, all_dropped = 0;  // since the start
+    Faults faults, all_faults;
     std::uint64_t backlog = 0;  // messages that wait now, or are being served
     std::string name() const { return node + "/" + callback; }
   };
@@ -46,8 +52,7 @@ struct StatisticsInterval {
     Nanoseconds deadline{0};
     double rate = 0;
     Times latency;
-    std::uint64_t misses = 0, aborted = 0;
-    std::uint64_t all_misses = 0, all_aborted = 0;  // since the start
+    ChainFaults faults, all_faults;
   };
   struct Topic : GetStatistics::Topic {
     double rate = 0;
@@ -61,6 +66,16 @@ struct StatisticsInterval {
   std::vector<Chain> chains;
   std::vector<Topic> topics;
 };
+
+template <>
+inline constexpr auto kFields<StatisticsInterval::Faults> =
+    std::tuple{sum("deadline_misses", &StatisticsInterval::Faults::deadline_misses, ""),
+               sum("overruns", &StatisticsInterval::Faults::overruns, ""),
+               sum("dropped", &StatisticsInterval::Faults::dropped, "")};
+template <>
+inline constexpr auto kFields<StatisticsInterval::ChainFaults> =
+    std::tuple{sum("misses", &StatisticsInterval::ChainFaults::misses, ""),
+               sum("aborted", &StatisticsInterval::ChainFaults::aborted, "")};
 
 /// Where `before` is of another process, or empty, the interval is that since `now`'s start, and
 /// its rates are 0: nobody knows for how long it has run.

@@ -334,7 +334,7 @@ TEST(StatisticsInterval, OfTheMostRowsIsLinear) {
   const StatisticsInterval of = interval({}, answer);
   ASSERT_EQ(of.executors.size(), 10'000U);
   EXPECT_EQ(of.executors.back().threads, 1U);
-  EXPECT_EQ(of.executors.back().all_misses, 2U);
+  EXPECT_EQ(of.executors.back().all_faults.deadline_misses, 2U);
 }
 
 }  // namespace

@@ -233,6 +233,25 @@ TEST_F(Stored, RunsOfAnEarlierTaktAreOfOneExecutorForAll) {
       find_against(store(document_of(before)), std::vector<RowName>{{"robot.yaml", "file"}}));
 }
 
+/// What later versions have added is not asked of them; all else is.
+TEST_F(Stored, RunsOfAnEarlierTaktLackKeys) {
+  json before = json_of(runs_of_two(6));
+  for (json& run : before) {
+    for (const char* key : {"placement", "releases", "executors", "topics", "notes"})
+      run.erase(key);
+    for (const char* key : {"from_outside", "skipped", "waiting_us", "take_us", "lost"}) {
+      run["callbacks"][0].erase(key);
+    }
+    run["processes"][0].erase("allocations_in_dds");
+    run["executor"] = "file";
+  }
+  const std::vector<RowName> rows{{"robot.yaml", "file"}};
+  EXPECT_EQ(find_against(store(document_of(before)), rows).stored->size(), before.size());
+  before[3]["callbacks"][0].erase("received");
+  EXPECT_THAT([&] { find_against(store(document_of(before)), rows); },
+              ThrowsMessage<Error>(HasSubstr("runs[3].callbacks[0] has no 'received'")));
+}
+
 TEST_F(Stored, AnythingElseIsRefused) {
   for (const json& document : {json::array(), json(3), document_of(3), document_of(json::array()),
                                document_of(json::array({document_of(3)}))}) {

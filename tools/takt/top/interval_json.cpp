@@ -3,6 +3,8 @@
 
 #include <chrono>
 
+#include "takt/measuring/row_json.hpp"
+
 namespace takt::tools::top {
 namespace {
 
@@ -37,44 +39,41 @@ json thread_json(const StatisticsInterval::Thread& thread) {
 }
 
 json executor_json(const StatisticsInterval::Executor& executor) {
-  return {{"executor", executor.name},           {"type", executor.type},
-          {"scheduler", executor.scheduler},     {"threads", executor.threads},
-          {"cpu_percent", executor.cpu_percent}, {"rate_hz", executor.rate},
-          {"pending", executor.pending},         {"deadline_misses", executor.misses},
-          {"dropped", executor.dropped}};
+  json row{{"executor", executor.name},           {"type", executor.type},
+           {"scheduler", executor.scheduler},     {"threads", executor.threads},
+           {"cpu_percent", executor.cpu_percent}, {"rate_hz", executor.rate},
+           {"pending", executor.pending}};
+  row.update(rt::row_json(executor.faults));
+  return row;
 }
 
 json callback_json(const StatisticsInterval::Callback& callback) {
-  return {{"executor", callback.executor},
-          {"node", callback.node},
-          {"group", callback.group},
-          {"callback", callback.callback},
-          {"kind", callback.kind},
-          {"topic", callback.topic.empty() ? json() : json(callback.topic)},
-          {"priority", callback.priority},
-          {"deadline_us", limit_us(callback.deadline)},
-          {"budget_us", limit_us(callback.budget)},
-          {"rate_hz", callback.rate},
-          {"latency_us", times_json(callback.latency)},
-          {"execution_us", times_json(callback.execution)},
-          {"deadline_misses", callback.misses},
-          {"overruns", callback.overruns},
-          {"dropped", callback.dropped},
-          {"backlog", callback.backlog},
-          {"since_start",
-           {{"deadline_misses", callback.all_misses},
-            {"overruns", callback.all_overruns},
-            {"dropped", callback.all_dropped}}}};
+  json row{{"executor", callback.executor},
+           {"node", callback.node},
+           {"group", callback.group},
+           {"callback", callback.callback},
+           {"kind", callback.kind},
+           {"topic", callback.topic.empty() ? json() : json(callback.topic)},
+           {"priority", callback.priority},
+           {"deadline_us", limit_us(callback.deadline)},
+           {"budget_us", limit_us(callback.budget)},
+           {"rate_hz", callback.rate},
+           {"latency_us", times_json(callback.latency)},
+           {"execution_us", times_json(callback.execution)},
+           {"backlog", callback.backlog},
+           {"since_start", rt::row_json(callback.all_faults)}};
+  row.update(rt::row_json(callback.faults));
+  return row;
 }
 
 json chain_json(const StatisticsInterval::Chain& chain) {
-  return {{"name", chain.name},
-          {"deadline_us", limit_us(chain.deadline)},
-          {"rate_hz", chain.rate},
-          {"latency_us", times_json(chain.latency)},
-          {"misses", chain.misses},
-          {"aborted", chain.aborted},
-          {"since_start", {{"misses", chain.all_misses}, {"aborted", chain.all_aborted}}}};
+  json row{{"name", chain.name},
+           {"deadline_us", limit_us(chain.deadline)},
+           {"rate_hz", chain.rate},
+           {"latency_us", times_json(chain.latency)},
+           {"since_start", rt::row_json(chain.all_faults)}};
+  row.update(rt::row_json(chain.faults));
+  return row;
 }
 
 json topic_json(const StatisticsInterval::Topic& topic) {

@@ -44,6 +44,10 @@ std::string key(std::initializer_list<std::string_view> parts) {
   return fmt::format("{}", fmt::join(parts, " "));
 }
 
+bool is_bad(const StatisticsInterval::Faults& faults) {
+  return faults.deadline_misses + faults.dropped != 0;
+}
+
 Row row_of(const std::string& container, const StatisticsInterval::Thread& thread) {
   const Cell nice{thread.nice == 0 ? "-" : fmt::format("nice {}", thread.nice),
                   -static_cast<double>(thread.nice)};
@@ -58,26 +62,27 @@ Row row_of(const std::string& container, const StatisticsInterval::Executor& exe
   return {key({container, executor.name}),
           {text(executor.name), text(container), text(executor.type), text(executor.scheduler),
            whole(executor.threads), decimal(executor.cpu_percent), decimal(executor.rate),
-           whole(executor.pending), whole(executor.all_misses), whole(executor.all_dropped)},
-          executor.misses + executor.dropped != 0};
+           whole(executor.pending), whole(executor.all_faults.deadline_misses),
+           whole(executor.all_faults.dropped)},
+          is_bad(executor.faults)};
 }
 
 Row row_of(const std::string& container, const StatisticsInterval::Callback& callback) {
-  return {
-      key({container, callback.executor, callback.name(), callback.group, callback.kind}),
-      {text(callback.name()), text(container), text(callback.executor), whole(callback.priority),
-       decimal(callback.rate), us(callback.latency.p50), us(callback.latency.p99),
-       us(callback.latency.max), us(callback.execution.p50), us(callback.execution.p99),
-       whole(callback.all_misses), whole(callback.all_dropped), whole(callback.backlog)},
-      callback.misses + callback.dropped != 0};
+  return {key({container, callback.executor, callback.name(), callback.group, callback.kind}),
+          {text(callback.name()), text(container), text(callback.executor),
+           whole(callback.priority), decimal(callback.rate), us(callback.latency.p50),
+           us(callback.latency.p99), us(callback.latency.max), us(callback.execution.p50),
+           us(callback.execution.p99), whole(callback.all_faults.deadline_misses),
+           whole(callback.all_faults.dropped), whole(callback.backlog)},
+          is_bad(callback.faults)};
 }
 
 Row row_of(const std::string& container, const StatisticsInterval::Chain& chain) {
   return {key({container, chain.name}),
           {text(chain.name), text(container), limit(chain.deadline), decimal(chain.rate),
            us(chain.latency.p50), us(chain.latency.p99), us(chain.latency.max),
-           whole(chain.all_misses), whole(chain.all_aborted)},
-          chain.misses + chain.aborted != 0};
+           whole(chain.all_faults.misses), whole(chain.all_faults.aborted)},
+          chain.faults.misses + chain.faults.aborted != 0};
 }
 
 Row row_of(const std::string& container, const StatisticsInterval::Topic& topic) {

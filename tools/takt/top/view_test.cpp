@@ -176,7 +176,7 @@ TEST(View, TheHistoryOfARowIsALineThatRisesAndFalls) {
 TEST(View, RowsSayThatTheirContainerHasEndedAndWhatIsBad) {
   View view(true);
   std::vector<Watched> containers = three();
-  containers[0].last.callbacks[0].misses = 1;
+  containers[0].last.callbacks[0].faults.deadline_misses = 1;
   view.show(containers);
   EXPECT_THAT(all_text(view), HasSubstr("\n!/node/b "));
   containers[0].state = Watched::State::ended;
@@ -224,7 +224,7 @@ TEST(View, TheFirstAnswerOfAContainerHasNoRates) {
   View view(true);
   std::vector<Watched> containers = three();
   containers[0].last.seconds = 0;
-  containers[0].last.callbacks[0].misses = 1;
+  containers[0].last.callbacks[0].faults.deadline_misses = 1;
   view.show(containers);
   EXPECT_THAT(all_text(view), HasSubstr("robot (pid 7, CPU -)"));
   EXPECT_THAT(all_text(view), testing::ContainsRegex("\n /node/b +fast +0 +- +- "));
