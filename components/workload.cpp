@@ -425,7 +425,8 @@ void Maker<AnyNode>::add_publisher(const Publishing& publishing) {
 template <class AnyNode>
 template <class T>
 void Maker<AnyNode>::add_subscription(const Subscribing& subscribing) {
-  works(subscribing.topic, subscribing.work);
+  // Each message is copied, and only its sender knows how long that takes.
+  if (subscribing.pass_by != "unique_ptr") works(subscribing.topic, subscribing.work);
   const auto work = [&clock = node_.clock(), amount = subscribing.work] { use_cpu(clock, amount); };
   if constexpr (std::same_as<T, WorkloadMessage>) {
     if (subscribing.pass_by == "unique_ptr") {

@@ -149,8 +149,11 @@ std::string Container::executor_of(const Loaded& loaded, const CallbackGroup& gr
 
 void Container::add_callbacks(const Loaded& loaded, ModelledProcess& process) const {
   const ComponentDescription& component = loaded.description;
-  ModelledProcess::Member& member =
-      process.nodes.emplace_back(ModelledProcess::Member{loaded.node(), {}, component.where});
+  ModelledProcess::Member& member = process.nodes.emplace_back(ModelledProcess::Member{
+      .node = loaded.node(),
+      .executors = {},
+      .where = component.where,
+      .is_of_takt = component.library.empty() && component.type.starts_with("takt::")});
   for (const auto& group : loaded.node()->groups()) {
     std::string executor = executor_of(loaded, *group);
     auto& known = member.executors;

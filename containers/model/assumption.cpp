@@ -25,7 +25,7 @@ constexpr std::array kKinds{
                    "what was measured on another machine or build is so here", "",
                    "measure here: `takt run --trace`, `takt model`"},
     AssumptionKind{"no_other_publishers",
-                   "nobody outside of the file sends to the topics and services of its callbacks",
+                   "nobody outside of the file sends to its callbacks, or receives what they send",
                    "", "`dds: {discovery: \"off\"}`, if nobody shall"},
     AssumptionKind{"no_page_faults", "memory of the process stays where it is", "",
                    "`memory: {lock: true}`"},

@@ -67,6 +67,7 @@ class ModelParts {
   std::string measured_source() const;
   std::pair<double, double> speeds_of(std::size_t executor) const;
   std::optional<Nanoseconds> said_by_component(std::size_t callback) const;
+  bool is_of_takt(std::size_t callback) const;
   const ModelledProcess* process_of(std::size_t callback) const {
     return parts_[model_.system.callbacks[callback].executor].process;
   }

@@ -34,6 +34,7 @@ struct ModelledProcess {
     std::shared_ptr<Node> node;
     std::vector<std::string> executors;  // of its groups
     SourceLine where;
+    bool is_of_takt = false;  // its class is one that comes with Takt
   };
   std::string name;
   std::vector<ExecutorDescription> executors;  // as they are made

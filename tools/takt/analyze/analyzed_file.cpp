@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <map>
 
 #include <fmt/format.h>
@@ -121,6 +122,12 @@ std::string why_it_is_from_elsewhere(const MeasuredModel& model, const AnalyzedF
   return fmt::format("{}", fmt::join(differences, "; "));
 }
 
+/// The file of a process's program; empty: it cannot be read.
+std::string program_of(const std::string& process) {
+  std::error_code failed;
+  return std::filesystem::read_symlink("/proc/" + process + "/exe", failed).string();
+}
+
 /// This machine, if the system is for its CPUs.
 MachineFacts facts_of_machine(const SystemDescription& system) {
   MachineFacts facts{.is_known = true, .is_virtual = rt::is_virtual()};
@@ -128,7 +135,14 @@ MachineFacts facts_of_machine(const SystemDescription& system) {
     const auto& here = usable_cpus();
     if (std::find(here.begin(), here.end(), cpu) == here.end()) return {};
   }
+  const std::string here = program_of("self");
   for (const rt::Neighbour& other : rt::realtime_neighbours()) {
+    // It may be this system that runs. Linux shows 15 characters of a name.
+    const bool is_own = std::any_of(system.threads.begin(), system.threads.end(),
+                                    [&](const ThreadDescription& thread) {
+                                      return thread.attributes.name.substr(0, 15) == other.name;
+                                    });
+    if (is_own && program_of(std::to_string(other.process)) == here) continue;
     facts.others.push_back({.name = other.name,
                             .is_reserved = other.policy == "SCHED_DEADLINE",
                             .priority = other.priority,

@@ -1,0 +1,183 @@
+// What a model takes for granted of the machine: what else runs there, and what that costs.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <chrono>
+
+#include <fmt/format.h>
+
+#include "takt/containers/component.hpp"
+#include "takt/containers/model/model_builder.hpp"
+
+namespace takt {
+
+namespace {
+
+using State = Assumption::State;
+
+}  // namespace
+
+void AssumptionFinder::add_assumptions_of_machine() {
+  const auto& executors = model_.system.executors;
+  for (std::size_t i = 0; i < executors.size(); ++i) {
+    add_what_else_runs(i);
+    const auto [slowest, fastest] = speeds_of(i);
+    if (slowest == 1 && fastest == 1) continue;
+    assume({.id = "times_scale_with_speed",
+            .state = State::unchecked,
+            .text = "execution times of {} are those of a CPU of speed 1, divided by `speed`",
+            .name = "'" + executors[i].name + "'",
+            .source = declared_at(line_of("a machine", "speed")),
+            .executor = i});
+  }
+  if (!machine_.is_known || machine_.is_virtual) {
+    assume({.id = "host_not_shared",
+            .state = State::unchecked,
+            .text = machine_.is_known ? "this machine is virtual: its host takes no CPU away"
+                                      : "the machine is not virtual, or its host takes no CPU away",
+            .name = {},
+            .source = "nobody",
+            .executor = {}});
+  }
+  if (!description_.lock_memory || description_.realtime == Realtime::off) {
+    assume({.id = "no_page_faults",
+            .state = State::unchecked,
+            .text = "no callback waits for a page of memory: nothing is locked",
+            .name = {},
+            .source = "nobody",
+            .executor = {}});
+  }
+  const auto& stated = description_.machine.rt_runtime;
+  const Nanoseconds here = std::chrono::seconds(1) - throttled_realtime();
+  if (stated && machine_.is_known &&
+      std::min<Nanoseconds>(*stated, std::chrono::seconds(1)) > here) {
+    assume({.id = "rt_runtime_as_here",
+            .state = State::unchecked,
+            .text = fmt::format("Linux grants as much to real-time threads as `rt_runtime` says, "
+                                "though here it is {:g} ms of each second",
+                                static_cast<double>(here.count()) / 1e6),
+            .name = {},
+            .source = declared_at(line_of("a machine", "rt_runtime")),
+            .executor = {}});
+  }
+  if (!stated && model_.system.for_realtime) {
+    assume({.id = "rt_runtime_as_here",
+            .state = machine_.is_known ? State::checked : State::unchecked,
+            .text = fmt::format("Linux grants {:g} ms of each second to the real-time threads of a "
+                                "CPU, as on this machine",
+                                static_cast<double>(model_.system.for_realtime->budget) / 1e6),
+            .name = {},
+            .source = "this machine",
+            .executor = {}});
+  }
+}
+
+// Whether other threads may run before those of an executor.
+void AssumptionFinder::add_what_else_runs(std::size_t index) {
+  const analysis::Executor& executor = model_.system.executors[index];
+  const std::string name = "'" + executor.name + "'";
+  const auto add = [&](const char* id, State state, const char* text, std::string source) {
+    assume({.id = id,
+            .state = state,
+            .text = text,
+            .name = name,
+            .source = std::move(source),
+            .executor = index});
+  };
+  const bool is_promised = description_.machine.is_exclusive;
+  const std::string promise =
+      is_promised ? declared_at(line_of("a machine", "exclusive")) : "nobody";
+  if (!executor.is_realtime && !executor.reservation) {
+    add("nothing_else_runs", State::unchecked, "nothing else runs on the CPUs of {}", promise);
+    add("dds_threads_elsewhere", State::unchecked,
+        "Takt's own threads and those of DDS need no time on the CPUs of {}", "nobody");
+    return;
+  }
+  if (description_.realtime == Realtime::prefer) {
+    add("realtime_granted", State::checked,
+        "Linux gives the threads of {} their policies and priorities", "this machine");
+  }
+  const char* const before = "no other thread runs before those of {} on their CPUs";
+  if (!machine_.is_known) return add("nothing_else_runs", State::unchecked, before, promise);
+  for (const ModelledThread& thread : threads_) {
+    if (thread.executor != index) continue;
+    const ThreadAttributes& own = thread.attributes;
+    for (const MachineFacts::Thread& other : machine_.others) {
+      const std::vector<int>& its = own.affinity.empty() ? cpus() : own.affinity;
+      const bool may_meet = std::find_first_of(its.begin(), its.end(), other.cpus.begin(),
+                                               other.cpus.end()) != its.end();
+      const bool is_before = other.is_reserved || (own.policy != ThreadPolicy::deadline &&
+                                                   other.priority >= own.priority);
+      // A less urgent one takes of what Linux grants to all of them.
+      if (!may_meet || !(is_before || model_.system.for_realtime)) continue;
+      assume({.id = "nothing_else_runs",
+              .state = State::unchecked,
+              .text = fmt::format("the real-time thread '{}' of another process is not there "
+                                  "beside those of {{}}, or short",
+                                  other.name),
+              .name = name,
+              .source = "this machine",
+              .executor = index});
+    }
+  }
+  add("nothing_else_runs", State::checked, before, "this machine");
+}
+
+// Of callbacks whose component says how long they work, but not how long they send.
+bool AssumptionFinder::sends(std::size_t index) const {
+  if (model_.callbacks[index].execution != Provenance::exact) return false;
+  const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callbacks_[index]->node.get());
+  const auto sent =
+      component != nullptr ? component->sends(callbacks_[index]->entity->name()) : std::nullopt;
+  return sent ? sent->messages != 0 : !model_.system.callbacks[index].outputs.empty();
+}
+
+void AssumptionFinder::add_overheads() {
+  const analysis::Overheads& overheads = model_.system.overheads;
+  const MachineDescription& stated = description_.machine;
+  const auto& executors = model_.system.executors;
+  const auto add = [&](const char* what, analysis::Time time, Nanoseconds said,
+                       std::optional<std::size_t> executor) {
+    const bool is_said = time != 0 && said != Nanoseconds::zero();
+    const bool is_here = is_said && machine_.overhead_samples != 0;
+    const char* const id = time == 0             ? "overheads_are_zero"
+                           : is_said && !is_here ? "as_declared"
+                                                 : "as_measured";
+    assume({.id = id,
+            .state = State::unchecked,
+            .text = time == 0 ? std::string("these take no time: {}")
+                              : std::string("these take no longer than stated or measured: {}"),
+            .name = what,
+            .source = time == 0 ? std::string("nobody")
+                      : is_here ? fmt::format("measured here, n = {}", machine_.overhead_samples)
+                      : is_said ? declared_at(line_of("a machine", "overheads"))
+                                : measured_source(),
+            .executor = executor});
+  };
+  add("an executor's way to its next callback", overheads.dispatch, stated.dispatch, {});
+  add("waking a thread", overheads.wake, stated.wake, {});
+  for (std::size_t i = 0; i < executors.size(); ++i) {
+    const bool shares = std::any_of(executors.begin(), executors.end(), [&](const auto& other) {
+      return &other != &executors[i] && other.share && executors[i].share &&
+             other.share->cpu == executors[i].share->cpu;
+    });
+    if (shares) add("a change from thread to thread", overheads.context_switch, stated.change, i);
+  }
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    if (!sends(i)) continue;
+    const std::size_t executor = model_.system.callbacks[i].executor;
+    add("sending a message", stated.publish.count(), stated.publish, executor);
+    const auto& outputs = model_.system.callbacks[i].outputs;
+    const bool leaves = std::any_of(outputs.begin(), outputs.end(), [&](const auto& output) {
+      return process_of(output.to) != process_of(i);
+    });
+    // Measured was what it takes inside of a process.
+    if (leaves && machine_.overhead_samples != 0) {
+      add("sending to another process", 0, {}, executor);
+    }
+    const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callbacks_[i]->node.get());
+    if (stated.publish.count() == 0 || component->sends(callbacks_[i]->entity->name())) continue;
+    add("sending more than a small message", 0, {}, executor);
+  }
+}
+
+}  // namespace takt
