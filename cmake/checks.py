@@ -5,6 +5,7 @@ SPDX-License-Identifier: Apache-2.0
 import fcntl
 import glob
 import os
+import pathlib
 import shutil
 import subprocess
 import sys
@@ -36,6 +37,16 @@ def check(what, holds, *details):
     if not holds:
         failures.append(what)
         print(*details)
+
+
+def proves(page, words):
+    """Names a check by the words that it proves, which must stand in docs/reference/PAGE.
+
+    claims_test.py looks for these calls: each sentence there that promises an error has exactly one.
+    """
+    text = (pathlib.Path(__file__).resolve().parents[1] / "docs/reference" / page).read_text(encoding="utf-8")
+    check(f"{page} says: {words}", words in " ".join(text.split()))
+    return f"and so it is: {words}"
 
 
 def eventually(condition, limit=60):

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "takt/messages/std_msgs/msg/string.hpp"
+#include "takt/testing/proves.hpp"
 
 namespace rclcpp {
 namespace {
@@ -159,6 +160,9 @@ TEST_F(ProgramDeathTest, ANameThatNobodyHasIsAnError) {
       spin(node);
     });
   };
+  takt::proves(
+      "rclcpp.md",
+      "A name of the file that nobody has is an error with its line and the nearest valid name");
   EXPECT_EXIT(spin_with("nodes:\n  /camara: {executor: fast}\n"), kThrows,
               "robot.yaml:7: this program has no node '/camara'; did you mean '/camera'");
   EXPECT_EXIT(
@@ -447,6 +451,7 @@ TEST_F(ProgramDeathTest, TheFirstRunWritesTheFile) {
         run(serve_three_nodes);
       },
       kEndsWell, "in force");
+  takt::proves("rclcpp.md", "A file that exists is an error");
   EXPECT_EXIT(
       {
         setenv("TAKT_CONFIG_TEMPLATE", file().c_str(), 1);

@@ -12,7 +12,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cmake"))
-from checks import check, environment, finish  # noqa: E402
+from checks import check, environment, finish, proves  # noqa: E402
 
 takt, program, schema = map(os.path.abspath, sys.argv[1:])
 FILE = """
@@ -142,7 +142,7 @@ def ends(folder):
     done = run("run", "--duration", "30s", "--", program, "calls", "50", "0")
     check("a program may end by itself", "/chatter" in done.stdout, done.stdout)
     done = run("run", "--duration", "30s", "--", program, "calls", "50", "3", status=1)
-    check("its status is an error", "/chatter" in done.stdout and "ended with status 3" in done.stderr, done.stderr)
+    check(proves("command_line.md", "The exit status is 1 if that of the program is not 0"), done.returncode == 1 and "/chatter" in done.stdout and "ended with status 3" in done.stderr, done.stderr)
     done = run("compare", "--executors", "events", "--duration", "30s", "--", program, "calls", "50", "3", status=1)
     check("in a comparison, too", "ended with status 3" in done.stderr, done.stderr)
 

@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "takt/base/realtime_scope.hpp"
+#include "takt/testing/proves.hpp"
 
 namespace takt {
 namespace {
@@ -77,6 +78,8 @@ TEST(SchedulerCheck, FindsWhatIsNeverReturned) {
       if (top_ == nullptr) Stack::push(callback);
     }
   };
+  proves("configuration.md",
+         "if it loses, repeats or invents callbacks, or throws, this is an error");
   EXPECT_EQ(error_of<Loses>(),
             "scheduler 'mine' pops nothing, and 9 of 10 callbacks wait; return every callback once "
             "for each push");

@@ -11,7 +11,7 @@ import sys
 import tempfile
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../cmake"))
-from checks import check, environment, finish  # noqa: E402
+from checks import check, environment, finish, proves  # noqa: E402
 
 takt, packages = sys.argv[1], pathlib.Path(sys.argv[2])
 for variable in ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH", "LD_LIBRARY_PATH", "ROS_DISTRO", "ROS_VERSION"):
@@ -95,11 +95,13 @@ def test_refusals(work):
              "bad needs tinyxml2_vendor, and CMake does not find tinyxml2: install it."),
             ("find_package(ament_cmake REQUIRED)\nadd_custom_target(x)\nament_target_dependencies(x std_msgs)",
              "std_msgs has not been found before; call find_package(std_msgs REQUIRED)"),
-            ("find_package(rosidl_default_generators REQUIRED)\n"
-             "rosidl_get_typesupport_target(t bad rosidl_typesupport_c)", "there are none in C or Python"),
             ("find_package(ament_cmake REQUIRED)\nament_package()", "bad/package.xml; a package of ROS 2 has one")):
         errors = configure(work, text)
         check(f"'{message}'", message in errors, errors)
+    errors = configure(work, "find_package(rosidl_default_generators REQUIRED)\n"
+                             "rosidl_get_typesupport_target(t bad rosidl_typesupport_c)")
+    check(proves("rclcpp_build.md", "for every type support of C++; others are an error"),
+          "there are none in C or Python" in errors, errors)
 
 
 # The library is the system's, whose older versions have no target with a namespace: camera_calibration_parsers.
@@ -144,7 +146,8 @@ def test_real_ros2(work):
     errors = configure(work, text, AMENT_PREFIX_PATH=f"{root}:/nowhere")
     check("a ROS 2 in the environment is refused", message in errors, errors)
     errors = configure(work, f"find_package(rclcpp REQUIRED PATHS {root} NO_DEFAULT_PATH)\n{text}")
-    check("a ROS 2 that was found before is refused", "rclcpp of a ROS 2 has been found before" in errors, errors)
+    check(proves("rclcpp_build.md", "or one that was found before, is an error"),
+          "rclcpp of a ROS 2 has been found before" in errors, errors)
 
 
 def test_folders(work):
@@ -162,7 +165,8 @@ def test_folders(work):
     check("two packages of one name are named", status == 2 and "two packages are named one" in errors, errors)
     (work / "circle/one/CMakeLists.txt").write_text("message(FATAL_ERROR broken)\n")
     status, _, errors = run(takt, "ros2", "build", work / "circle/one")
-    check("a package that does not build is named", status == 1 and "one: CMake has failed" in errors, errors)
+    check(proves("command_line.md", "The exit status is 1 if a package does not build"),
+          status == 1 and "one: CMake has failed" in errors, errors)
 
 
 # They were not read: packages for ROS 1 and 2 asked for what is of the other.

@@ -1,6 +1,5 @@
 // takt selftest: the figures that takt shows, against what the same run shows by other means.
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <fstream>
 #include <iterator>
 
@@ -198,14 +197,7 @@ void selftest(const Options& options) {
     print(findings, notes);
     rt::flush_output();
   }
-  const auto wrong = std::count_if(findings.begin(), findings.end(),
-                                   [](const Finding& finding) { return !finding.is_right(); });
-  if (wrong != 0) {
-    throw std::runtime_error(fmt::format(
-        "{} of {} figures differ from what was measured independently by more than their limit",
-        wrong, findings.size()));
-  }
-  if (failed != 0) throw std::runtime_error(fmt::format("{} runs have failed, see above", failed));
+  require_right(findings, failed);
 }
 
 void set_up(CLI::App* command) {

@@ -2,6 +2,7 @@
 #include "selftest/findings.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
@@ -244,6 +245,19 @@ double percentile(std::vector<double>& values, double fraction) {
   const auto rank =
       static_cast<std::size_t>(std::ceil(fraction * static_cast<double>(values.size())));
   return values[std::max<std::size_t>(rank, 1) - 1];
+}
+
+void require_right(const Findings& findings, std::size_t failed_runs) {
+  const auto wrong = std::count_if(findings.begin(), findings.end(),
+                                   [](const Finding& finding) { return !finding.is_right(); });
+  if (wrong != 0) {
+    throw std::runtime_error(fmt::format(
+        "{} of {} figures differ from what was measured independently by more than their limit",
+        wrong, findings.size()));
+  }
+  if (failed_runs != 0) {
+    throw std::runtime_error(fmt::format("{} runs have failed, see above", failed_runs));
+  }
 }
 
 double clock_reading_us() {

@@ -38,6 +38,9 @@ struct SelftestRun {
 /// Returns how many were.
 std::size_t compare(const SelftestRun& run, Findings& findings);
 
+/// Throws if a figure is wrong or a run has failed, which ends the command with 1.
+void require_right(const Findings& findings, std::size_t failed_runs);
+
 /// The value that so many of the values do not exceed. Sorts them.
 double percentile(std::vector<double>& values, double fraction);
 

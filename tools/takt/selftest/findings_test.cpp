@@ -3,12 +3,14 @@
 #include "selftest/findings.hpp"
 
 #include <functional>
+#include <stdexcept>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "takt/containers/result.hpp"
 #include "takt/measuring/run.hpp"
+#include "takt/testing/proves.hpp"
 
 namespace takt::tools {
 namespace {
@@ -96,6 +98,15 @@ class SelftestFindings : public testing::Test {
 TEST_F(SelftestFindings, AreRightWhereRunAndBooksAgree) {
   EXPECT_THAT(wrong(), IsEmpty());
   EXPECT_EQ(discarded_, 0u);
+}
+
+TEST(SelftestFinding, ThatIsWrongEndsTheCommandAsAFailedRunDoes) {
+  proves("command_line.md", "The exit status is 1 if a figure is `WRONG`, or if a run has failed");
+  const Finding right{.shown = 2, .independent = 1, .limit = 1};
+  const Finding wrong{.shown = 3, .independent = 1, .limit = 1};
+  EXPECT_NO_THROW(require_right({right}, 0));
+  EXPECT_THROW(require_right({right, wrong}, 0), std::runtime_error);
+  EXPECT_THROW(require_right({right}, 1), std::runtime_error);
 }
 
 TEST_F(SelftestFindings, SeeAStatisticThatIsWrong) {

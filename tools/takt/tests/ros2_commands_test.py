@@ -13,7 +13,7 @@ import tempfile
 import time
 
 from command import as_json, run, seen, takt
-from checks import check, environment, finish
+from checks import check, environment, finish, proves
 
 library = str(pathlib.Path(sys.argv[2]).resolve())
 folder = pathlib.Path(tempfile.mkdtemp())
@@ -159,7 +159,8 @@ def test_a_dump_is_loaded():
 
         file.write_text(text)
         wrong = run("param", "load", "/front/lidar", str(file), status=1)
-        check("what is refused is named", "Set parameter fixed failed: " in wrong.stderr and
+        check(proves("command_line.md", "If a parameter cannot be set, the others are set, and the exit status is 1"),
+              wrong.returncode == 1 and "Set parameter fixed failed: " in wrong.stderr and
               "Set parameter words successful\n" in wrong.stdout, wrong.stderr)
         wrong = run("param", "load", "/other", str(file), status=2)
         check("a file for another node", "/front/lidar" in wrong.stderr, wrong.stderr)
@@ -184,17 +185,19 @@ def test_a_dump_is_loaded():
 
 def test_who_has_no_parameters():
     with parameters(), System("silent", [("Mute", "/", "mute")], serves="false"):
-        wrong = run("param", "get", "/front/lidra", "count", status=1)
-        check("an unknown node", "did you mean '/front/lidar'" in wrong.stderr, wrong.stderr)
-        wrong = run("param", "get", "/front/lidar", "cout", status=1)
-        check("an unknown parameter", "did you mean 'count'" in wrong.stderr, wrong.stderr)
+        lost = run("param", "get", "/front/lidra", "count", status=1)
+        check("an unknown node", "did you mean '/front/lidar'" in lost.stderr, lost.stderr)
+        unknown = run("param", "get", "/front/lidar", "cout", status=1)
+        check("an unknown parameter", "did you mean 'count'" in unknown.stderr, unknown.stderr)
         wrong = run("param", "describe", "/front/lidar", "count", "cout", status=1)
         check("one of two", "no parameter 'cout'" in wrong.stderr, wrong.stderr)
 
         seen(lambda rows: any(row["service"] == "/mute/list_parameters" for row in rows), "service",
              "list")
-        wrong = run("param", "list", "/mute", "--timeout", "500ms", status=1)
-        check("no answer", "no response from node '/mute' within 500ms" in wrong.stderr, wrong.stderr)
+        mute = run("param", "list", "/mute", "--timeout", "500ms", status=1)
+        check("no answer", "no response from node '/mute' within 500ms" in mute.stderr, mute.stderr)
+        check(proves("command_line.md", "or a node does not answer, the error names it, and the exit status is 1"),
+              [each.returncode for each in (lost, unknown, mute)] == [1, 1, 1])
         wrong = run("param", "list", "--timeout", "1s", status=1)
         check("the others are shown", "/front/lidar:\n" in wrong.stdout and "/other:\n" in wrong.stdout
               and "no response from node '/mute' within 1s" in wrong.stderr,
@@ -206,14 +209,17 @@ def test_one_that_does_not_answer():
     with System("robot", [("Stateful", "/", "stateful")]), System("silent", [("Mute", "/", "mute")], serves="false"):
         seen(lambda rows: any(row["service"] == "/mute/change_state" for row in rows), "service", "list")
         wrong = run("component", "list", status=1)
-        check("the other containers are listed", "/stateful" in wrong.stdout and "silent" in wrong.stdout
+        check(proves("command_line.md", "Containers that do not answer `list` within 5 s are named after the others, and the exit status is 1"),
+              wrong.returncode == 1 and "/stateful" in wrong.stdout and "silent" in wrong.stdout
               and "no response from container 'mute' within 5s" in wrong.stderr, wrong.stdout, wrong.stderr)
         wrong = run("graph", "--json", "-", status=1)
         drawn = [node["name"] for process in json.loads(wrong.stdout)["processes"] for node in process["nodes"]]
-        check("the other containers are drawn", "/stateful" in drawn and "no response from container 'mute' within 5s" in wrong.stderr,
+        check(proves("command_line.md", "If a container does not answer within 5 s, it is drawn as another program, and the exit status is 1"),
+              wrong.returncode == 1 and "/stateful" in drawn and "no response from container 'mute' within 5s" in wrong.stderr,
               wrong.stdout, wrong.stderr)
         wrong = run("lifecycle", "list", status=1)
-        check("the other lifecycle nodes are listed", "/stateful" in wrong.stdout and "configure" in wrong.stdout
+        check(proves("command_line.md", "Nodes that do not answer `list` within 5 s are named after the others, and the exit status is 1"),
+              wrong.returncode == 1 and "/stateful" in wrong.stdout and "configure" in wrong.stdout
               and "no response from lifecycle node 'mute' within 5s" in wrong.stderr,
               wrong.stdout, wrong.stderr)
 
@@ -263,10 +269,12 @@ def test_actions():
         row = as_json("action", "send_goal", *ACTION, "{order: 3}", "-f")
         check("as JSON", row["status"] == "SUCCEEDED" and row["result"] == {"sequence": [0, 1, 1, 2]}
               and row["feedback"] == [row["result"]] and len(row["goal_id"]) == 32, row)
-        text = goal("{order: 10}", status=1).stdout
-        check("aborted", text.endswith("Goal finished with status: ABORTED\n"), text)
+        aborted = goal("{order: 10}", status=1)
+        check("aborted", aborted.stdout.endswith("Goal finished with status: ABORTED\n"), aborted.stdout)
         wrong = goal("{order: 13}", status=1)
         check("rejected", "action '/fibonacci' rejected the goal" in wrong.stderr, wrong.stderr)
+        check(proves("command_line.md", "The exit status is 1 if the goal is rejected, aborted or canceled"),
+              wrong.returncode == aborted.returncode == 1)
         wrong = goal("{oder: 1}", status=2)
         check("a field that is none", "did you mean 'order'" in wrong.stderr, wrong.stderr)
         wrong = goal("{order: [", status=2)

@@ -15,7 +15,7 @@ import tempfile
 import time
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
-from checks import check, environment, finish  # noqa: E402
+from checks import check, environment, finish, proves  # noqa: E402
 
 takt, library = (os.path.abspath(path) for path in sys.argv[1:])
 LIMIT = 60  # seconds, for what takes a few on an idle machine
@@ -141,7 +141,7 @@ run.send(signal.SIGINT)
 run.wait("log", "waiting for")
 run.open("slow")
 status = run.end()
-check("one that returns in time is destroyed, and all others are", status == 128 + signal.SIGINT
+check(proves("command_line.md", "If the constructor returns in time, everything created so far is destroyed"), status == 128 + signal.SIGINT
       and run.read("sound.gone") and run.read("slow.gone"), status, run.read("log"))
 
 run = Run("dds: {parameter_services: false}\ncontainer:\n  name: one\n  load: index\n  components:\n"
@@ -288,6 +288,7 @@ for text in (ONE, TWO):
 
 # ---- Comparisons ----
 
+proved = proves("command_line.md", "Completed runs are shown and written, and the exit status is 130 (SIGINT)")
 MANY = ("--duration", "200ms", "--repeat", "1000", "--json", "@result.json")
 for words in (("compare", "FILE", "--executors", "events,single_threaded", *MANY),
               ("bench", "topologies", "FILE", *MANY)):
@@ -299,7 +300,7 @@ for words in (("compare", "FILE", "--executors", "events,single_threaded", *MANY
     said = run.read("log")
     result = json.loads(run.read("result.json") or "{}")
     rows = result.get("runs") or result.get("experiments")
-    check(f"Ctrl-C in takt {words[0]} writes what was measured so far", status == 128 + signal.SIGINT and rows
+    check(proved + f" (takt {words[0]})", status == 128 + signal.SIGINT and rows
           and "SIGINT came when " in said, status, said, rows)
     check("and ends the run that was under way by its destructors",
           len(run.read("sound.gone")) == len(run.read("sound.made")),

@@ -15,7 +15,7 @@ import tempfile
 import time
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
-from checks import check, children_of, environment, eventually, finish  # noqa: E402
+from checks import check, children_of, environment, eventually, finish, proves  # noqa: E402
 
 takt = sys.argv[1]
 
@@ -64,7 +64,7 @@ def kill_second(_, pids):
 status, said, runs = run("", kill_second)
 check("a container that is killed is reported", "process 'second' was ended by signal 9 (Killed)"
       in said, said)
-check("the others continue, and so does the exit status", status == 1 and runs is not None
+check(proves("command_line.md", "The exit status is 1 if one is missing at the end"), status == 1 and runs is not None
       and [p["name"] for p in runs[0]["processes"]] == ["first", "takt"], status, said)
 
 status, said, runs = run("    restart: {policy: on_failure, delay: 50ms}\n", kill_second)

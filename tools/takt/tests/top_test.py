@@ -16,7 +16,7 @@ import tempfile
 import time
 
 from command import run, takt
-from checks import check, children_of, environment, eventually, failures, finish, skip
+from checks import check, children_of, environment, eventually, failures, finish, proves, skip
 
 folder = tempfile.TemporaryDirectory(prefix="takt_top_")
 os.chdir(folder.name)
@@ -52,7 +52,7 @@ def named(rows, **wanted):
 
 # ---- Nobody ----
 nobody = run("top", "--json", "--count", "1", status=1).stderr
-check("without a container one sentence says so", nobody.count("\n") == 1 and "no container on DDS domain" in nobody, nobody)
+check(proves("command_line.md", "If there is no container, or none of a given name, one line says so after 3 s"), nobody.count("\n") == 1 and "no container on DDS domain" in nobody, nobody)
 run("top", "--interval", "0s", status=2)
 run("top", "--count", "0", status=2)
 
