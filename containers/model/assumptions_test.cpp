@@ -81,7 +81,7 @@ TEST(Assumptions, OverheadsAreNeverZeroInSilence) {
   const Analyzed found = analyzed(file.text());
   EXPECT_EQ(found.verdict(), Verdict::bounded_if);
   EXPECT_THAT(found.missing(), ElementsAre("overheads_are_zero"));
-  EXPECT_THAT(found.assumption("overheads_are_zero")->text, HasSubstr("sending a message"));
+  EXPECT_THAT(found.text_of("overheads_are_zero"), HasSubstr("sending a message"));
   file.top += "accept: {overheads_are_zero: 'of a textbook'}\n";
   EXPECT_EQ(analyzed(file.text()).verdict(), Verdict::guaranteed);
 }
@@ -123,7 +123,7 @@ TEST(Assumptions, OtherThreadsBeforeThoseOfTheFileAreNamed) {
   busy.others.push_back({.name = "audio", .priority = 50, .cpus = {0, 1}});
   const auto found = [&] { return analyzed(File().text(), nullptr, false, busy); };
   EXPECT_THAT(found().missing(), ElementsAre("nothing_else_runs"));
-  EXPECT_THAT(found().assumption("nothing_else_runs")->text, HasSubstr("'audio'"));
+  EXPECT_THAT(found().text_of("nothing_else_runs"), HasSubstr("'audio'"));
   busy.others[0].priority = 49;  // it takes of what Linux grants to both
   EXPECT_THAT(found().missing(), ElementsAre("nothing_else_runs"));
   busy.others[0] = {.name = "audio", .priority = 90, .cpus = {1}};
@@ -140,7 +140,7 @@ TEST(Assumptions, ALifecycleNodeIsNotCoveredBeforeARun) {
   const std::string text = File().with("takt::test::AssumedManaged").text();
   const Analyzed found = analyzed(text, nullptr, /*accepts_all=*/true);
   EXPECT_EQ(found.verdict(), Verdict::not_covered);
-  EXPECT_THAT(found.assumption("lifecycle")->text, HasSubstr("'/x' is a lifecycle node"));
+  EXPECT_THAT(found.text_of("lifecycle"), HasSubstr("'/x' is a lifecycle node"));
   MeasuredModel measured{.duration = 10s};
   measured.callbacks.push_back({.name = "/y/y_timer", .executions = 100, .longest_execution = 1ms});
   EXPECT_EQ(verdict_of(text, &measured), Verdict::guaranteed);
@@ -166,9 +166,9 @@ TEST(Assumptions, ATimersNameSaysNothing) {
   EXPECT_EQ(analyzed(text).bound().bound.value_or(0ns) / 1ms, 5);
   EXPECT_EQ(verdict_of(text), Verdict::not_shown);
   // Its code may make others, or release this one earlier.
-  EXPECT_THAT(analyzed(text).assumption("as_declared")->text,
+  EXPECT_THAT(analyzed(text).text_of("as_declared"),
               HasSubstr("'/x/command_timeout' keeps its period"));
-  EXPECT_THAT(analyzed(text).assumption("as_declared")->text,
+  EXPECT_THAT(analyzed(text).text_of("as_declared"),
               HasSubstr("'/x' makes no other callbacks later"));
 }
 
@@ -190,7 +190,7 @@ TEST(Assumptions, ABudgetThatNoRunHasShownIsAPromise) {
   const std::string text =
       file.with("takt::test::AssumedMotor", ", callbacks: {command_timeout: {budget: 1ms}}").text();
   EXPECT_THAT(analyzed(text).missing(), Contains("as_declared"));
-  EXPECT_THAT(analyzed(text).assumption("as_declared")->text,
+  EXPECT_THAT(analyzed(text).text_of("as_declared"),
               HasSubstr("'/x/command_timeout' is longer than its budget"));
 }
 
@@ -217,7 +217,7 @@ TEST(Assumptions, ARunMayRefuteAnArrivalBesideSendersOfTheFile) {
                                 .uncaused_distances = {3ms}});
   const Analyzed found = analyzed(text, &measured, /*accepts_all=*/true);
   EXPECT_EQ(found.verdict(), Verdict::refuted);
-  EXPECT_THAT(found.assumption("as_declared")->text, HasSubstr("2 arrivals of '/x/y' came within"));
+  EXPECT_THAT(found.text_of("as_declared"), HasSubstr("2 arrivals of '/x/y' came within"));
   measured.callbacks[0].uncaused_distances = {1s};
   EXPECT_EQ(verdict_of(text, &measured), Verdict::guaranteed);
 }
@@ -297,7 +297,7 @@ TEST(Assumptions, OnlyThoseOfTheExecutorsOfAChainAreItsOwn) {
   std::string text = file.text();
   text.replace(text.find("executors: {"), 12,
                "executors: {apart: {type: events, threads: [other]}, ");
-  EXPECT_THAT(analyzed(text).assumption("as_declared")->text, Not(HasSubstr("/x")));
+  EXPECT_THAT(analyzed(text).text_of("as_declared"), Not(HasSubstr("/x")));
 }
 
 // A key that a library brings, or that somebody has forgotten.

@@ -29,6 +29,11 @@ struct Analyzed {
     }
     return nullptr;
   }
+  /// Empty: it does not assume it.
+  std::string text_of(std::string_view id) const {
+    const Assumption* const found = assumption(id);
+    return found != nullptr ? found->text : std::string();
+  }
   /// The ids of what keeps the first chain from being guaranteed.
   std::vector<std::string> missing() const {
     std::vector<std::string> result;
