@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/measuring/row_json.hpp"
 
+#include <cmath>
+
 namespace takt::rt {
 
 json histogram_json(const Histogram& histogram, bool with_buckets) {

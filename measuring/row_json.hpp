@@ -4,7 +4,7 @@
 #define TAKT_MEASURING_ROW_JSON_HPP_
 
 #include <array>
-#include <cmath>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -139,7 +139,9 @@ void read_number(const json& from, T& into, const Place& place) {
   } else if constexpr (std::is_unsigned_v<T>) {
     if (!from.is_number_unsigned()) refuse(place, from, "a whole number from 0");
   } else if constexpr (std::is_integral_v<T>) {
-    if (!from.is_number_integer()) refuse(place, from, "a whole number");
+    if (!from.is_number_integer() || !std::in_range<T>(from.get<std::int64_t>())) {
+      refuse(place, from, "a whole number that is not so large");
+    }
   } else {
     if (!from.is_number()) refuse(place, from, "a number");
   }

@@ -115,14 +115,15 @@ std::string per_second(std::uint64_t count, const Comparison& row) {
 std::vector<std::string> cells_of(const Comparison& row) {
   std::vector<std::string> cells{
       row.setup.threads_text(), fmt::format("{:.2f}{}", row.seconds, row.is_long ? "!" : ""),
-      std::to_string(row.messages.received), per_second(row.messages.received, row)};
+      std::to_string(row.totals.messages.received), per_second(row.totals.messages.received, row)};
   for (const std::optional<std::uint64_t> count :
-       {std::optional(row.lost), std::optional(row.messages.dropped), std::optional(row.overruns),
-        row.messages.late, row.messages.too_late, std::optional(row.messages.deadline_misses)}) {
+       {std::optional(row.totals.lost), std::optional(row.totals.messages.dropped),
+        std::optional(row.totals.overruns), row.totals.messages.late, row.totals.messages.too_late,
+        std::optional(row.totals.messages.deadline_misses)}) {
     cells.push_back(count ? std::to_string(*count) : "-");
   }
-  for (std::string& cell : percentiles(row.latency)) cells.push_back(std::move(cell));
-  cells.push_back(percentile(row.timer_latency, 0.99));
+  for (std::string& cell : percentiles(row.totals.latency)) cells.push_back(std::move(cell));
+  cells.push_back(percentile(row.totals.timer_latency, 0.99));
   cells.push_back(fmt::format("{:.2f}", rt::median(row.cpu_percent)));
   cells.push_back(fmt::format("{:.0f}", rt::median(row.wakeups_per_s)));
   cells.push_back(fmt::format("{:.1f}", rt::median(row.pss_mb)));
@@ -162,7 +163,7 @@ void print(std::span<const Comparison> rows, const std::string& runs) {
   std::map<std::string, std::vector<std::vector<std::string>>> by_chain;
   for (const Comparison& row : rows) {
     table.add(names.row(row, cells_of(row)));
-    for (const auto& [name, chain] : row.chains) {
+    for (const auto& [name, chain] : row.totals.chains) {
       std::vector<std::string> cells{name,
                                      fmt::format("{:.2f}", row.seconds),
                                      std::to_string(chain.instances),

@@ -7,20 +7,6 @@
 namespace takt::tools {
 namespace {
 
-void add_callbacks(Comparison& row, const rt::Run& run) {
-  for (const rt::Run::Callback& callback : run.callbacks) {
-    const CallbackStatistics& counted = callback.statistics;
-    row.overruns += counted.overruns;
-    if (counted.kind == EntityKind::timer) {
-      row.timer_latency.merge(counted.latency);
-      continue;
-    }
-    row.latency.merge(counted.latency);
-    row.lost += counted.lost();
-    merge<CallbackCounts>(row.messages, counted);
-  }
-}
-
 /// Longer than a run that was asked for may take: its counts are no longer those of the others.
 bool is_long(double seconds, Nanoseconds asked) {
   return seconds > 1.05 * rt::us(asked) / 1e6 + 0.05;
@@ -28,23 +14,37 @@ bool is_long(double seconds, Nanoseconds asked) {
 
 }  // namespace
 
-void add_run(Comparison& row, const rt::Run& run, Nanoseconds asked) {
-  if (row.cpu_percent.empty()) row.setup = setup_of(run);
-  add_callbacks(row, run);
-  const double seconds = run.duration_s;
-  row.seconds += seconds;
-  row.is_long = row.is_long || is_long(seconds, asked);
-  merge(row.releases, run.releases());
-  for (const rt::Run::Chain& chain : run.chains) merge(row.chains[chain.name], chain.statistics);
-  double cpu_percent = 0, pss_kb = 0, wakeups = 0;
+void Totals::add(const rt::Run& run) {
+  for (const rt::Run::Callback& callback : run.callbacks) {
+    const CallbackStatistics& counted = callback.statistics;
+    overruns += counted.overruns;
+    if (counted.kind == EntityKind::timer) {
+      timer_latency.merge(counted.latency);
+      continue;
+    }
+    latency.merge(counted.latency);
+    lost += counted.lost();
+    merge<CallbackCounts>(messages, counted);
+  }
+  for (const rt::Run::Chain& chain : run.chains) merge(chains[chain.name], chain.statistics);
   for (const rt::Run::Thread& thread : run.threads) wakeups += static_cast<double>(thread.wakeups);
   for (const rt::Run::Process& process : run.processes) {
     cpu_percent += process.cpu_percent;
     pss_kb += static_cast<double>(process.pss_kb);
   }
-  row.cpu_percent.push_back(cpu_percent);
-  row.wakeups_per_s.push_back(seconds == 0 ? 0 : wakeups / seconds);
-  row.pss_mb.push_back(pss_kb / 1024);
+}
+
+void add_run(Comparison& row, const rt::Run& run, Nanoseconds asked) {
+  if (row.cpu_percent.empty()) row.setup = setup_of(run);
+  Totals one;
+  one.add(run);
+  row.totals.add(run);
+  row.seconds += run.duration_s;
+  row.is_long = row.is_long || is_long(run.duration_s, asked);
+  merge(row.releases, run.releases());
+  row.cpu_percent.push_back(one.cpu_percent);
+  row.wakeups_per_s.push_back(run.duration_s == 0 ? 0 : one.wakeups / run.duration_s);
+  row.pss_mb.push_back(one.pss_kb / 1024);
 }
 
 }  // namespace takt::tools

@@ -16,19 +16,27 @@
 
 namespace takt::tools {
 
+/// What runs have measured, added up.
+struct Totals {
+  Histogram latency;        // of all callbacks but timers
+  Histogram timer_latency;  // due → start
+  CallbackCounts messages;  // of all callbacks but timers
+  std::uint64_t lost = 0, overruns = 0;
+  double cpu_percent = 0, pss_kb = 0, wakeups = 0;
+  /// By name: a chain through several processes is in a run once for each.
+  std::map<std::string, ChainStatistics> chains;
+
+  void add(const rt::Run& run);
+};
+
 /// All repeats of one file under one executor and scheduler.
 struct Comparison {
   std::string file, executor, placement = "file", scheduler, composition = "file";
-  Setup setup;              // of the first run
-  Histogram latency;        // of all subscriptions, over all repeats
-  Histogram timer_latency;  // due → start
-  CallbackCounts messages;  // of all but timers
-  std::uint64_t lost = 0, overruns = 0;
+  Setup setup;  // of the first run
+  Totals totals;
   rt::Run::Releases releases;
   double seconds = 0;    // of all repeats
   bool is_long = false;  // one took longer than was asked for
-  /// All repeats of each chain, by name, in all processes that it passes through.
-  std::map<std::string, ChainStatistics> chains;
   // One value for each repeat; tables show the median.
   std::vector<double> cpu_percent, wakeups_per_s, pss_mb;
 };

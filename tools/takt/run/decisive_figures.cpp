@@ -2,10 +2,10 @@
 #include "run/decisive_figures.hpp"
 
 #include <algorithm>
-#include <map>
 
 #include "takt/measuring/rounds.hpp"
-#include "takt/measuring/run_fields.hpp"
+
+#include "run/comparison.hpp"
 
 namespace takt::tools {
 namespace {
@@ -32,46 +32,26 @@ class FigureList {
   std::vector<Figure> figures_;
 };
 
-void add_callbacks(FigureList& figures, const std::vector<rt::Run::Callback>& callbacks) {
-  Histogram latency, timer_latency;
-  CallbackCounts messages;
-  for (const rt::Run::Callback& callback : callbacks) {
-    const CallbackStatistics& counted = callback.statistics;
-    const bool is_timer = counted.kind == EntityKind::timer;
-    (is_timer ? timer_latency : latency).merge(counted.latency);
-    if (!is_timer) merge<CallbackCounts>(messages, counted);
-  }
-  figures.add_count("misses", messages.deadline_misses, messages.received);
-  figures.add_percentile("p50", latency, 0.5);
-  figures.add_percentile("p99", latency, 0.99);
-  figures.add_percentile("max", latency, 1);
-  figures.add_percentile("timer_p99", timer_latency, 0.99);
-}
-
-/// A chain through several processes is in `chains` once for each.
-void add_chains(FigureList& figures, const std::vector<rt::Run::Chain>& chains) {
-  std::map<std::string, ChainStatistics> by_name;
-  for (const rt::Run::Chain& chain : chains) merge(by_name[chain.name], chain.statistics);
-  for (const auto& [name, chain] : by_name) {
-    figures.add_count(name + " misses", chain.misses, chain.instances);
-    figures.add_percentile(name + " p50", chain.latency, 0.5);
-    figures.add_percentile(name + " p99", chain.latency, 0.99);
-  }
-}
-
 }  // namespace
 
 std::vector<Figure> decisive_figures(const rt::Run& run) {
   if (!(run.duration_s > 0)) return {};
   FigureList figures(run.duration_s);
-  add_callbacks(figures, run.callbacks);
-  double cpu_percent = 0;
-  for (const rt::Run::Process& process : run.processes) cpu_percent += process.cpu_percent;
-  figures.add("cpu_%", cpu_percent);
-  std::uint64_t wakeups = 0;
-  for (const rt::Run::Thread& thread : run.threads) wakeups += thread.wakeups;
+  Totals of;
+  of.add(run);
+  figures.add_count("misses", of.messages.deadline_misses, of.messages.received);
+  figures.add_percentile("p50", of.latency, 0.5);
+  figures.add_percentile("p99", of.latency, 0.99);
+  figures.add_percentile("max", of.latency, 1);
+  figures.add_percentile("timer_p99", of.timer_latency, 0.99);
+  figures.add("cpu_%", of.cpu_percent);
+  const auto wakeups = static_cast<std::uint64_t>(of.wakeups);
   figures.add_count("wakeups/s", wakeups, wakeups);
-  add_chains(figures, run.chains);
+  for (const auto& [name, chain] : of.chains) {
+    figures.add_count(name + " misses", chain.misses, chain.instances);
+    figures.add_percentile(name + " p50", chain.latency, 0.5);
+    figures.add_percentile(name + " p99", chain.latency, 0.99);
+  }
   return figures.take();
 }
 
