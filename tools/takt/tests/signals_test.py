@@ -93,6 +93,7 @@ class Run:
             return self.process.wait(LIMIT)
         except subprocess.TimeoutExpired:
             self.process.kill()
+            check(f"takt {self.words[0]} ends within {LIMIT} s", False, self.read("log"))
             return "no end"
 
     def send(self, number):
@@ -331,6 +332,7 @@ def nices(process):
 run = Run("threads: {signals: {nice: 5}}\ncontainers:\n" + container("sound") + container("other")).begin()
 run.wait("sound.ticks", 3)
 found = nices(run.process)
+run.send(TERM)
 run.end()
 check("the file gives the thread its attributes, in each process", found == [5, 5, 5], found)
 
