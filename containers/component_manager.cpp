@@ -216,8 +216,19 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
       loading, rare_service()));
   services_.push_back(list_service(*node, container));
   services_.push_back(structure_service(*node, container, make_group("get_structure")));
-  services_.push_back(statistics_service(*node, container, make_group("get_statistics")));
-  services_.push_back(node->create_service<SetCallbackParameters>(
+  observe(container);
+  own_ = serve(node);
+}
+
+ComponentManager::ComponentManager(Container& container, const std::shared_ptr<Node>& node,
+                                   Executor& requests)
+    : node_(node), requests_(requests), serves_parameters_(false) {
+  observe(container);
+}
+
+void ComponentManager::observe(Container& container) {
+  services_.push_back(statistics_service(*node_, container, make_group("get_statistics")));
+  services_.push_back(node_->create_service<SetCallbackParameters>(
       "~/set_callback_parameters",
       [&container](const auto& request, auto& response) {
         try {
@@ -230,7 +241,6 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
         }
       },
       make_group("set_callback_parameters"), rare_service()));
-  own_ = serve(node);
 }
 
 std::shared_ptr<CallbackGroup> ComponentManager::make_group(std::string name) {

@@ -32,6 +32,7 @@ class Container;
 ///   of a lifecycle node. In ROS 2's graph they belong to that node.
 /// - for itself: the parameter services, so that `ros2 param list`, which asks every node, waits
 ///   for none.
+/// Of a program that makes its nodes itself: set_callback_parameters and get_statistics.
 ///
 /// A request that needs no code of a user is answered at once, on the thread `container`. All
 /// others are served by the threads of the executor `requests`: setting parameters and changing the
@@ -45,6 +46,8 @@ class ComponentManager {
  public:
   ComponentManager(Container& container, const std::shared_ptr<Node>& node, Executor& requests,
                    LoadPolicy policy, bool serves_parameters);
+  /// Of a program.
+  ComponentManager(Container& container, const std::shared_ptr<Node>& node, Executor& requests);
   /// Serves a component's node for as long as the returned object lives.
   std::shared_ptr<void> serve(const std::shared_ptr<Node>& component);
   /// One of the container's node, for what may run code of users: served by `requests`, one
@@ -52,6 +55,8 @@ class ComponentManager {
   std::shared_ptr<CallbackGroup> make_group(std::string name);
 
  private:
+  void observe(Container& container);
+
   const std::shared_ptr<Node> node_;
   Executor& requests_;
   const bool serves_parameters_;

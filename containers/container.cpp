@@ -127,12 +127,30 @@ bool Container::needs_manager() const {
     return component.on_exception == OnException::remove_node ||
            (sim_time != component.parameters.end() && sim_time->second == ParameterValue(true));
   };
-  return (participant_ != nullptr && !description_.is_split_off) || has_thread(kServiceThread) ||
-         description_.lifecycle ||
+  return (participant_ != nullptr && !description_.is_split_off) || is_seen_program() ||
+         has_thread(kServiceThread) || description_.lifecycle ||
          std::any_of(description_.components.begin(), description_.components.end(), needs_it);
 }
 
+// One that makes its nodes itself, and has DDS.
+bool Container::is_seen_program() const {
+  return overrides_.find_node && overrides_.participant != nullptr;
+}
+
+// For what watches it. The node is hidden, as it is none of the program's; one thread serves all.
+void Container::make_manager_of_program() {
+  NodeOptions options{.clock = overrides_.clock, .time_source = time_source_};
+  options.participant = overrides_.participant;
+  service_node_ = std::make_shared<Node>("_" + own_name(""), options);
+  manager_ =
+      std::make_unique<ComponentManager>(*this, service_node_, make_own_executor(kServiceThread));
+  failed_ = service_node_->create_guard_condition(
+      "failed", [this] { displace_failed(); }, manager_->make_group("failed"));
+  time_source_->set_host(service_node_);
+}
+
 void Container::make_manager() {
+  if (is_seen_program()) return make_manager_of_program();
   service_node_ = std::make_shared<Node>(own_name(""), NodeOptions{.clock = overrides_.clock,
                                                                    .time_source = time_source_,
                                                                    .participant = participant_});

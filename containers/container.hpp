@@ -59,7 +59,8 @@ struct ContainerOverrides {
   Clock* clock = &Clock::steady();
   bool is_merged() const noexcept { return !executor.empty() && placement == Placement::merged; }
   /// Used instead of the participant that `dds` of the description configures: `takt check` and
-  /// `takt plan` must not appear on the network.
+  /// `takt plan` must not appear on the network. Of a program that makes its nodes itself: by it
+  /// `takt top` and `takt callback set` reach the program.
   std::shared_ptr<Participant> participant;
   /// Called on the constructing thread before a component's constructor, with the component's name
   /// in the file, and after it with an empty string.
@@ -211,8 +212,10 @@ class Container {
   void make_executor(const ExecutorDescription& executor);
   bool needs_default_executor() const;
   void place_components();
+  bool is_seen_program() const;
   bool needs_manager() const;
   void make_manager();
+  void make_manager_of_program();
   void make_lifecycle();
   Executor& make_own_executor(const char* name, std::size_t threads = 1);
   std::string own_name(const char* ending) const;

@@ -81,6 +81,28 @@ def is_run(folder):
           and is_served(document, "single_threaded"), document)
 
 
+def is_watched(folder):
+    file = folder / "watched.yaml"
+    file.write_text(FILE)
+    talker = subprocess.Popen([program], env=environment | {"TAKT_CONFIG": str(file)}, text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    talker.stdout.readline()
+    for _ in range(10):  # until it is discovered
+        done = subprocess.run([takt, "top", "--json", "--count", "2", "--interval", "300ms"], env=environment, text=True,
+                              capture_output=True, timeout=60)
+        if done.returncode == 0:
+            break
+    changed = run("callback", "set", "_rclcpp_talk", "talker/timer_1ms", "deadline=20ms")
+    nodes = subprocess.run([takt, "node", "list"], env=environment, text=True, capture_output=True, timeout=60).stdout
+    talker.terminate()
+    talker.communicate(timeout=60)
+    (container,) = json.loads(done.stdout.splitlines()[-1])["containers"] if done.returncode == 0 else [{}]
+    rows = {(row["node"], row["callback"]): row["rate_hz"] for row in container.get("callbacks", [])}
+    check("takt top shows a program with a file", rows.get(("/talker", "timer_1ms"), 0) > 10, done.stdout, done.stderr)
+    check("and its deadlines can be changed", changed.returncode == 0, changed.stdout)
+    check("no node is added to its graph", nodes.split() == ["/listener", "/talker"], nodes)
+
+
 def is_seen(folder):
     talker = subprocess.Popen([program], env=environment, text=True, stdout=subprocess.PIPE)
     talker.stdout.readline()
@@ -187,6 +209,6 @@ def is_refused(folder):
 
 
 with tempfile.TemporaryDirectory() as place:
-    for part in (is_run, is_seen, is_measured, is_analysed, ends, is_refused):
+    for part in (is_run, is_watched, is_seen, is_measured, is_analysed, ends, is_refused):
         part(pathlib.Path(place))
 finish()

@@ -301,7 +301,14 @@ void Program::start() {
     }
     return std::shared_ptr<takt::Node>();
   };
-  const auto made = std::make_shared<takt::Container>(*file_, overrides);
+  for (const auto& weak : added_) {
+    const auto node = weak.lock();
+    if (node != nullptr && overrides.participant == nullptr)
+      overrides.participant = node->participant();
+  }
+  takt::SystemDescription description = *file_;
+  description.name = program_invocation_short_name;
+  const auto made = std::make_shared<takt::Container>(description, overrides);
   is_over_ = false;
   made->start([this] { on_failure(); });  // which waits for the mutex
   made->release();

@@ -333,7 +333,8 @@ def check_mutations(files):
     texts = {file.path: file.text for file in files}
     if mutations.PAGE not in texts:  # a tree of check_test.py
         return
-    for name, (path, right, *_) in mutations.MUTATIONS.items():
+    for name, (path, there, *_) in mutations.MUTATIONS.items():
+        right = mutations.plain(there)
         count = texts.get(path, "").count(right)
         if count != 1:
             yield Finding(mutations.PAGE, 1, "mutation", f"{name}: '{right}' stands {count} times in {path}")
