@@ -183,6 +183,10 @@ TEST(GetStatistics, TheIntervalIsTheDifferenceOfTwoAnswers) {
   ++other.pid;
   EXPECT_EQ(interval(other, now).seconds, 0);
   EXPECT_EQ(row(interval({}, now).callbacks, "/heart/beat").rate, 0);
+  // Of a callback that has begun again.
+  GetStatistics::Response more = before;
+  for (auto& callback : more.callbacks) callback.received += 1'000'000;
+  EXPECT_EQ(row(interval(more, now).callbacks, "/heart/beat").rate, 0);
 }
 
 // Numbers come from the wire: any of them may be anything.

@@ -112,6 +112,16 @@ TEST_F(Shutdown, DoesNotWaitForWhoWaitsForIt) {
 using Removals = RclcppTest;
 using Event = rcl_interfaces::msg::ParameterEvent;
 
+TEST(ParameterEvents, AreThoseOfTheNamedNode) {
+  Event event;
+  event.node = "/mine";
+  event.changed_parameters.emplace_back().name = "gain";
+  Parameter found;
+  EXPECT_TRUE(ParameterEventHandler::get_parameter_from_event(event, found, "gain", "/mine"));
+  EXPECT_TRUE(ParameterEventHandler::get_parameter_from_event(event, found, "gain", ""));
+  EXPECT_FALSE(ParameterEventHandler::get_parameter_from_event(event, found, "gain", "/other"));
+}
+
 TEST_F(Removals, CallbacksOfParameterEventsAreNotCalledAfterwards) {
   const auto node = std::make_shared<Node>("node");
   node->declare_parameter("value", 1);

@@ -156,6 +156,7 @@ TEST_F(Values, AQoSIsMadeInEveryHabit) {
   const QoS from_c(QoSInitialization::from_rmw(rmw_qos_profile_sensor_data),
                    rmw_qos_profile_sensor_data);
   EXPECT_EQ(from_c, SensorDataQoS());
+  EXPECT_NE(QoS(1), QoS(2));
   const QoS kept = QoS(3).deadline(100ms).lifespan(Duration(2, 0));
   EXPECT_EQ(QoS::from_takt(kept.to_takt(true)).deadline(), Duration(100ms));
 }

@@ -62,5 +62,18 @@ TEST(ActionServerCore, ARequestToCancelMayHoldTheLastPointerToAnotherGoal) {
   canceling.join();
 }
 
+TEST(ActionServerCore, AGoalIsAcceptedAndExecutedOnce) {
+  const auto node = std::make_shared<Node>("node");
+  const auto core =
+      std::make_shared<ActionServerCore<Nothing>>("nothing", ActionServerOptions{.most_goals = 2});
+  core->set_publishers(node->create_publisher<FeedbackMessage<Nothing>>("feedback", 1),
+                       node->create_publisher<action_msgs::msg::GoalStatusArray>("status", 1));
+  const auto goal = core->accept(goal_id(1), {}, {});
+  EXPECT_EQ(core->accept(goal_id(1), {}, {}), nullptr);
+  goal->execute();
+  EXPECT_THROW(goal->execute(), Error);
+  EXPECT_TRUE(goal->is_active());
+}
+
 }  // namespace
 }  // namespace takt

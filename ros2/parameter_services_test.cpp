@@ -291,6 +291,7 @@ TEST_F(ParameterServicesTest, DescribeParameters) {
   EXPECT_TRUE(count.read_only);
   ASSERT_EQ(count.integer_range.size(), 1u);
   EXPECT_EQ(count.integer_range[0].from_value, 1);
+  EXPECT_EQ(count.integer_range[0].step, 2u);
   EXPECT_EQ(text.type, ParameterType::PARAMETER_STRING);
   EXPECT_THAT(text.integer_range, IsEmpty());
 }

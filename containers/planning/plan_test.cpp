@@ -37,7 +37,8 @@ class Step : public Node {
       entities_.push_back(
           create_subscription<Text>(topic, 1, [publish](const Text&) { publish(); }));
     }
-    if (entities_.empty()) entities_.push_back(create_timer("timer", 10ms, publish));
+    const auto period = 1ms * declare_parameter<std::int64_t>("period_ms", 10);
+    if (entities_.empty()) entities_.push_back(create_timer("timer", period, publish));
   }
 
  private:
@@ -95,6 +96,15 @@ TEST(Chains, AutoFindsEveryWayFromATimerToAnEnd) {
   EXPECT_THAT(path_of(plan.chains[0]), ElementsAre("/source/timer", "/a/x", "/both/y", "/end/z"));
   EXPECT_THAT(path_of(plan.chains[1]), ElementsAre("/source/timer", "/b/x", "/both/y", "/end/z"));
   EXPECT_THAT(path_of(plan.chains[2]), ElementsAre("/other/timer", "/apart/w"));
+}
+
+TEST(Chains, AutoTakesAShorterPeriodForMoreCritical) {
+  std::string file = file_with("chains: auto\n");
+  file.replace(file.find("{out: [w]}"), 10, "{out: [w], period_ms: 5}");
+  const Plan plan = Container(ConfigurationFile("robot.yaml", file).read()).plan();
+  ASSERT_EQ(plan.chains.size(), 3u);
+  EXPECT_THAT(path_of(plan.chains[0]), ElementsAre("/other/timer", "/apart/w"));
+  EXPECT_GT(plan.chains[0].options.priority, plan.chains[1].options.priority);
 }
 
 TEST(Chains, ThatDoNotConnectAreErrorsWithTheirLine) {

@@ -60,5 +60,21 @@ TEST(TimerQueue, ADueTimerWaitsForSixteenCallbacksAtMost) {
   EXPECT_LE(served_before_the_timer(5us), 1);
 }
 
+TEST(TimerQueue, OfTimersThatAreDueTogetherTheFirstAddedIsFirst) {
+  ManualClock clock{TimePoint(1s)};
+  const auto executor = executors().make("events", {.clock = &clock});
+  const auto node = std::make_shared<Node>("node", NodeOptions{.clock = &clock});
+  std::string trace;
+  const auto a = node->create_timer("a", 10ms, [&] { trace += "a"; });
+  const auto b = node->create_timer("b", 10ms, [&] { trace += "b"; });
+  const auto c = node->create_timer("c", 10ms, [&] { trace += "c"; });
+  executor->add_node(node);
+  for (int i = 0; i < 2; ++i) {
+    clock.advance(10ms);
+    executor->spin_all();
+  }
+  EXPECT_EQ(trace, "abcabc");
+}
+
 }  // namespace
 }  // namespace takt::detail

@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 
 from mutations import MUTATIONS, plain
 
@@ -106,19 +107,19 @@ def build(targets):
         sys.exit(f"{' '.join(targets)} do not build")
 
 
-def passes(test, number=0):
+def passes(test, number=0, limit_s=300):
     words = [word.format(bin=BIN, root=COPY) for word in test[1:]]
     try:
-        return run(words, timeout=300, env=dict(os.environ, TAKT_MUTANT=str(number))).returncode == 0
-    except subprocess.TimeoutExpired:
+        return run(words, timeout=limit_s, env=dict(os.environ, TAKT_MUTANT=str(number))).returncode == 0
+    except subprocess.TimeoutExpired:  # a mutant may hang
         return False
 
 
-def missing(name):
+def missing(name, limits_s):
     """The tests that do not see it."""
     tests = tests_of(name)
     if has_switch(name):
-        return [test for test in tests if passes(test, NUMBERS[name])]
+        return [test for test in tests if passes(test, NUMBERS[name], limits_s[test])]
     path, right, wrong, _ = MUTATIONS[name]
     with open(os.path.join(COPY, path), encoding="utf-8") as file:
         text = file.read()
@@ -138,12 +139,15 @@ def main():
     copy_tree()
     tests = {test for name in names for test in tests_of(name)}
     build({test[0] for test in tests})
+    limits_s = {}
     for test in sorted(tests):
+        begin = time.monotonic()
         if not passes(test):
             sys.exit(f"{' '.join(test[1:])} fails without a mutation")
+        limits_s[test] = 30 + 5 * (time.monotonic() - begin)
     missed = []
     for name in sorted(names, key=has_switch):  # what needs a build of its own first: the last one builds it all again
-        blind = missing(name)
+        blind = missing(name, limits_s)
         print(f"{'MISSED' if blind else 'seen  '} {name}: {' '.join((blind or tests_of(name))[0][1:])}", flush=True)
         if blind:
             missed.append(name)

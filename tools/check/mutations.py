@@ -274,8 +274,8 @@ RCLCPP = ("rclcpp_test", "{bin}/rclcpp_test", "--gtest_filter=-RclcppSequences.*
 
 def conformance(*suites):
     return ("executors_test", "{bin}/executors_test",
-            "--gtest_filter=" + ":".join(f"*Conformance{suite}*/events__fifo:*Conformance{suite}*/multi_threaded__fifo"
-                                         for suite in suites))
+            "--gtest_filter=" + ":".join(f"*Conformance{suite}*/{executor}" for suite in suites for executor in
+                                         ("events__fifo", "events__fixed_priority", "multi_threaded__fifo")))
 
 
 MUTATIONS |= {
@@ -292,7 +292,7 @@ MUTATIONS |= {
         ("a callback with more is not ready again", "engine/dispatcher.cpp",
          "const bool more = «execution.slot.more || worker.runs_again»", "false", conformance("Order", "Spin")),
         ("held timers run", "engine/ready_set.cpp", "if («timers_.timers_are_held()») return;\n  TimePoint due;", "false",
-         conformance("Time", "Spin")),
+         conformance("Statistics", "Spinning")),
         ("a demoted callback stays as urgent", "engine/observed.cpp",
          "is_demoted = «is_bad && policy == OverrunPolicy::demote»", "false", conformance("Overrun")),
         ("skipped releases are served", "engine/observed.cpp",
@@ -315,7 +315,8 @@ MUTATIONS |= {
         ("nobody waits for the opening of a rule", "engine/selection.cpp",
          "return «is_awaited» ? std::min", "false", KIT),
         ("the timer registered last runs first", "engine/timer_queue.cpp", "«a.second->id() > b.second->id()»",
-         "a.second->id() < b.second->id()", conformance("Order", "Time")),
+         "a.second->id() < b.second->id()",
+         ("executors_test", "{bin}/executors_test", "--gtest_filter=TimerQueue.*")),
         ("what came before is counted by the next executor", "engine/observed.cpp",
          "counted_before = «entity->answered()»", "Entity::Counts{}", conformance("Statistics")),
         ("an exception of a callback is lost", "engine/dispatcher.cpp",
