@@ -28,6 +28,11 @@ constexpr const char* kUnloadingThread = "loader";
 constexpr auto kDrainLimit = std::chrono::seconds(5);
 constexpr auto kShutDownLimit = std::chrono::seconds(10);
 
+// One that makes its nodes itself, and has DDS.
+bool is_seen_program(const ContainerOverrides& overrides) {
+  return overrides.find_node && overrides.participant != nullptr;
+}
+
 }  // namespace
 
 std::vector<std::string> placements() {
@@ -127,44 +132,34 @@ bool Container::needs_manager() const {
     return component.on_exception == OnException::remove_node ||
            (sim_time != component.parameters.end() && sim_time->second == ParameterValue(true));
   };
-  return (participant_ != nullptr && !description_.is_split_off) || is_seen_program() ||
+  return (participant_ != nullptr && !description_.is_split_off) || is_seen_program(overrides_) ||
          has_thread(kServiceThread) || description_.lifecycle ||
          std::any_of(description_.components.begin(), description_.components.end(), needs_it);
 }
 
-// One that makes its nodes itself, and has DDS.
-bool Container::is_seen_program() const {
-  return overrides_.find_node && overrides_.participant != nullptr;
-}
-
-// For what watches it. The node is hidden, as it is none of the program's; one thread serves all.
-void Container::make_manager_of_program() {
-  NodeOptions options{.clock = overrides_.clock, .time_source = time_source_};
-  options.participant = overrides_.participant;
-  service_node_ = std::make_shared<Node>("_" + own_name(""), options);
-  manager_ =
-      std::make_unique<ComponentManager>(*this, service_node_, make_own_executor(kServiceThread));
-  failed_ = service_node_->create_guard_condition(
-      "failed", [this] { displace_failed(); }, manager_->make_group("failed"));
-  time_source_->set_host(service_node_);
-}
-
+// What watches a program reaches it by a hidden node, as it is none of the program's; one thread
+// serves it.
 void Container::make_manager() {
-  if (is_seen_program()) return make_manager_of_program();
-  service_node_ = std::make_shared<Node>(own_name(""), NodeOptions{.clock = overrides_.clock,
-                                                                   .time_source = time_source_,
-                                                                   .participant = participant_});
-  const bool tells_all = participant_ != nullptr && !description_.is_split_off;
-  manager_ = std::make_unique<ComponentManager>(
-      *this, service_node_, make_own_executor(kRequestThreads, kMostRequests),
-      load_policy(description_), tells_all && description_.dds->parameter_services);
-  if (tells_all && description_.dds->rosout) rosout_ = std::make_unique<Rosout>(*service_node_);
-  if (tells_all && description_.dds->diagnostics)
-    diagnostics_ =
-        std::make_unique<Diagnostics>(*this, *service_node_, manager_->make_group("diagnostics"));
+  const bool is_program = is_seen_program(overrides_);
+  NodeOptions options{.clock = overrides_.clock, .time_source = time_source_};
+  options.participant = is_program ? overrides_.participant : participant_;
+  service_node_ = std::make_shared<Node>((is_program ? "_" : "") + own_name(""), options);
+  if (is_program) {
+    manager_ =
+        std::make_unique<ComponentManager>(*this, service_node_, make_own_executor(kServiceThread));
+  } else {
+    const bool tells_all = participant_ != nullptr && !description_.is_split_off;
+    manager_ = std::make_unique<ComponentManager>(
+        *this, service_node_, make_own_executor(kRequestThreads, kMostRequests),
+        load_policy(description_), tells_all && description_.dds->parameter_services);
+    if (tells_all && description_.dds->rosout) rosout_ = std::make_unique<Rosout>(*service_node_);
+    if (tells_all && description_.dds->diagnostics)
+      diagnostics_ =
+          std::make_unique<Diagnostics>(*this, *service_node_, manager_->make_group("diagnostics"));
+    make_own_executor(kServiceThread).add_node(service_node_);
+  }
   failed_ = service_node_->create_guard_condition(
       "failed", [this] { displace_failed(); }, manager_->make_group("failed"));
-  make_own_executor(kServiceThread).add_node(service_node_);
   time_source_->set_host(service_node_);
 }
 

@@ -212,10 +212,8 @@ class Container {
   void make_executor(const ExecutorDescription& executor);
   bool needs_default_executor() const;
   void place_components();
-  bool is_seen_program() const;
   bool needs_manager() const;
   void make_manager();
-  void make_manager_of_program();
   void make_lifecycle();
   Executor& make_own_executor(const char* name, std::size_t threads = 1);
   std::string own_name(const char* ending) const;
