@@ -99,55 +99,54 @@ MUTATIONS = {
                              "histogram.percentile(0.999)", RESULTS),
     "spin time of a removed thread": ("executors/figures.hpp", 'sum("spin_time"', 'keep("spin_time"', PAST),
     "a key without an entry counts as used": (
-        "containers/model/model_coverage.cpp", "if (entry != nullptr && entry->coverage != Coverage::not_covered) continue;",
+        "containers/model/model_coverage.cpp", "‹if (entry != nullptr && entry->coverage != Coverage::not_covered) continue;›",
         "if (entry == nullptr || entry->coverage != Coverage::not_covered) continue;", GUARANTEES),
     "lifecycle nodes are ignored": (
-        "containers/model/model_coverage.cpp", "if (node == nullptr || says_all || measured_ != nullptr) continue;",
+        "containers/model/model_coverage.cpp", "‹if (node == nullptr || says_all || measured_ != nullptr) continue;›",
         "continue;", GUARANTEES),
     "reserved threads are ignored": (
-        "containers/model/model_coverage.cpp", "  if (!is_realtime(own.policy)) return;",
+        "containers/model/model_coverage.cpp", "‹  if (!is_realtime(own.policy)) return;›",
         "  return;", GUARANTEES),
     "best effort is ignored": (
-        "containers/model/model_links.cpp", "end->qos().reliability == Reliability::best_effort",
+        "containers/model/model_links.cpp", "«end->qos().reliability == Reliability::best_effort»",
         "false", GUARANTEES),
     "lifespans are ignored": (
-        "containers/model/model_bounds.cpp", "facts.lifespan != Nanoseconds::zero() &&",
-        "false &&", GUARANTEES),
+        "containers/model/model_bounds.cpp", "«facts.lifespan != Nanoseconds::zero()» &&",
+        "false", GUARANTEES),
     "global EDF keeps what the kernel admits": (
-        "containers/model/places.cpp", "m - (m - 1) * greatest",
+        "containers/model/places.cpp", "«m - (m - 1) * greatest»",
         "m", GUARANTEES),
     "a timer that is cancelled never comes": (
-        "containers/model/system_model.cpp", "return !is_alarm && !is_timeout(entity);",
+        "containers/model/system_model.cpp", "‹return !is_alarm && !is_timeout(entity);›",
         "return !is_alarm && !timer->is_canceled();", GUARANTEES),
     "arrivals that a run refutes are ignored": (
-        "containers/model/system_model.cpp", "if (least <= seen[i].count()) continue;",
+        "containers/model/system_model.cpp", "‹if (least <= seen[i].count()) continue;›",
         "continue;", GUARANTEES),
     "executions that a run refutes are ignored": (
-        "containers/model/system_model.cpp", "  if (declared >= seen) return;",
+        "containers/model/system_model.cpp", "‹  if (declared >= seen) return;›",
         "  return;", GUARANTEES),
     "sending takes no time": (
-        "containers/model/system_model.cpp", "const Nanoseconds exact = said ? *said + sending(index)",
-        "const Nanoseconds exact = said ? *said", GUARANTEES),
+        "containers/model/system_model.cpp", "const Nanoseconds exact = said ? «*said + sending(index)»",
+        "*said", GUARANTEES),
     "who wakes has not switched": (
-        "containers/model/model_threads.cpp", "overheads.wake += overheads.context_switch;",
-        "overheads.wake += 0;", GUARANTEES),
+        "containers/model/model_threads.cpp", "overheads.wake += «overheads.context_switch»;",
+        "0", GUARANTEES),
     "overheads are zero in silence": (
-        "containers/model/model_machine.cpp", '? "overheads_are_zero"', '? "as_declared"', GUARANTEES),
+        "containers/model/model_machine.cpp", '? «"overheads_are_zero"»', '"as_declared"', GUARANTEES),
     "other threads are ignored": (
-        "containers/model/model_machine.cpp", "if (!may_meet || !(is_before || model_.system.for_realtime)) continue;",
+        "containers/model/model_machine.cpp", "‹if (!may_meet || !(is_before || model_.system.for_realtime)) continue;›",
         "continue;", GUARANTEES),
     "a budget counts as checked": (
-        "containers/model/model_assumptions.cpp", "execution == Provenance::promised && !has_run",
+        "containers/model/model_assumptions.cpp", "«execution == Provenance::promised && !has_run»",
         "false", GUARANTEES),
     "a model is from here": (
-        "containers/model/model_assumptions.cpp", "if (measured_->differs.empty()) continue;",
+        "containers/model/model_assumptions.cpp", "‹if (measured_->differs.empty()) continue;›",
         "continue;", GUARANTEES),
     "the start is over": (
-        "containers/model/model_assumptions.cpp", "end->qos().durability == Durability::transient_local",
+        "containers/model/model_assumptions.cpp", "«end->qos().durability == Durability::transient_local»",
         "false", GUARANTEES),
     "what nobody checks is guaranteed": (
-        "containers/model/model_chains.cpp", "missing(chain, bound).empty() ? Verdict::guaranteed",
-        "true ? Verdict::guaranteed", GUARANTEES),
+        "containers/model/model_chains.cpp", "«missing(chain, bound).empty()» ? Verdict::guaranteed", "true", GUARANTEES),
 }
 MUTATIONS |= {
     f"one of a hundred not recorded: {time}": (OBSERVED, f"‹{time}.record({value});›",
