@@ -184,6 +184,15 @@ def sum_of(rows, key):
     return sum(known) if known else "-"
 
 
+def threads_of(run):
+    """"2", or "1/2" where an executor's type cannot use all; "-" of an earlier Takt."""
+    given = {(row["process"], row["name"]): row["threads_given"] for row in run.get("executors", [])}
+    used = [(thread["process"], thread["executor"]) for thread in run["threads"]]
+    run_here = sum(key in given for key in used)
+    unused = sum(max(count - used.count(key), 0) for key, count in given.items())
+    return "-" if not given else f"{run_here}/{run_here + unused}" if unused else run_here
+
+
 def draw_summary(page, groups):
     """A row for each executor, in the order and with the columns of the terminal."""
     def is_timer(callback):
@@ -202,7 +211,7 @@ def draw_summary(page, groups):
         messages = [callback for callback in callbacks if not is_timer(callback)]
         seconds = sum(run["duration_s"] for run in runs)
         received = sum_of(messages, "received")
-        rows.append([name, seconds, received, received / seconds if messages and seconds else "-"] +
+        rows.append([name, threads_of(runs[0]), seconds, received, received / seconds if messages and seconds else "-"] +
                     [sum_of(messages, key) for key in ("lost", "dropped")] + [sum_of(callbacks, "overruns")] +
                     [sum_of(messages, key) for key in ("late", "too_late", "deadline_misses")] +
                     percentiles(dict(named)[name]) + [percentiles(buckets_of(runs, "callbacks", is_timer))[2]] +
@@ -214,7 +223,7 @@ def draw_summary(page, groups):
         if due:
             done = sum(run["releases"]["served"] for run in runs)
             served.append(f"{name} {done * 1000 // due / 10:.1f} % ({done} of {due})")
-    page.table(["executor", "seconds", "received", "received/s", "lost", "dropped", "overruns", "late", "too late",
+    page.table(["executor", "threads", "seconds", "received", "received/s", "lost", "dropped", "overruns", "late", "too late",
                 "misses"] + LATENCY + ["timer p99 (µs)", "CPU (%)", "wakeups/s", "PSS (MB)"], rows)
     if served:
         page.note("Releases of timers that were served: " + ", ".join(served) + ".")

@@ -268,6 +268,13 @@ void AssumptionFinder::add_who_else_sends() {
             .name = "'" + model_.system.callbacks[i].name + "'",
             .source = "nobody",
             .executor = model_.system.callbacks[i].executor});
+    if (!process_of(i)->is_program) continue;  // else the thread `requests` serves them
+    assume({.id = "no_other_publishers",
+            .state = State::unchecked,
+            .text = "nobody asks the parameter services of the node of {}",
+            .name = "'" + model_.system.callbacks[i].name + "'",
+            .source = "nobody",
+            .executor = model_.system.callbacks[i].executor});
   }
   // A container refuses what takes a guarantee away that it knows: of its own process, by the model
   // that its file names.
