@@ -2,6 +2,7 @@
 #include "takt/base/own_key.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -31,7 +32,10 @@ std::int64_t OwnValue::as_integer(std::int64_t least, std::int64_t most) const {
 
 double OwnValue::as_number() const {
   if (const auto* value = std::get_if<std::int64_t>(&content)) return static_cast<double>(*value);
-  if (const double* value = std::get_if<double>(&content)) return *value;
+  if (const double* value = std::get_if<double>(&content)) {
+    if (std::isfinite(*value)) return *value;
+    refuse("it is no finite number");
+  }
   refuse("it is no number");
 }
 

@@ -19,6 +19,14 @@ ExecutorRegistry& executors() {
 }
 
 bool register_executor(std::string name, ExecutorRegistry::Entry entry, const char* version) {
+  entry.factory = [make = std::move(entry.factory),
+                   keys = entry.traits.keys](const ExecutorOptions& options) {
+    for (const OwnValue& value : options.own) {
+      if (has_key(keys, value.name)) continue;
+      value.refuse(fmt::format("executor '{}' is of a type without this key", options.name));
+    }
+    return make(options);
+  };
   return register_in(executors(), std::move(name), std::move(entry), version);
 }
 

@@ -63,11 +63,6 @@ std::unique_ptr<Rule> rule_for(const ExecutorOptions& options, const ExecutorTra
     throw Error(fmt::format("executor '{}' is of a type without trigger and period", options.name),
                 "leave out `trigger` and `let`, or choose 'triggered'");
   }
-  for (const OwnValue& value : options.own) {
-    if (!has_key(traits.keys, value.name)) {
-      value.refuse(fmt::format("executor '{}' is of a type without this key", options.name));
-    }
-  }
   return traits.rule != nullptr ? traits.rule(options) : nullptr;
 }
 

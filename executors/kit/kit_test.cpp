@@ -164,15 +164,14 @@ TEST_F(Kit, AnOrderSeesWhenTheRootOfAChainWasReleased) {
   EXPECT_THAT(trace_, ElementsAre("late1@12", "between"));
 }
 
-// Not of the kit, but as exact: what has to happen when these parts meet.
-
-// A group's first parked callback is in the order, and is removed there: the next one takes its
-// place. Without that it would never run.
-// The callback is still running when its deadline passes: what it sends from then on is dropped.
-TEST_F(Kit, RefusesKeysOfOthers) {
-  EXPECT_THAT([] { executors().make("events", {.own = {{.name = "width"}}}); },
-              ThrowsMessage<OwnValueError>(HasSubstr("'width': executor 'executor' is of a type "
-                                                     "without this key")));
+TEST_F(Kit, RefusesKeysOfOthersAndNumbersThatAreNone) {
+  for (const char* type : {"events", "isolated"}) {
+    EXPECT_THAT([&] { executors().make(type, {.own = {{.name = "width"}}}); },
+                ThrowsMessage<OwnValueError>(HasSubstr("'width': executor 'executor' is of a type "
+                                                       "without this key")));
+  }
+  const OwnValue endless{.name = "width", .content = std::numeric_limits<double>::infinity()};
+  EXPECT_THROW((void)endless.as_number(), OwnValueError);
   EXPECT_NO_THROW(executors().make("windows", {.own = {{.name = "width"}}}));
 }
 

@@ -51,7 +51,7 @@ def switched(text, there, mutants):
     for number, instead in mutants:
         choice = f"::takt::mutant({number})"
         right = (f"({choice} ? ({instead}) : ({right}))" if mark == "«" else
-                 f"if ({choice}) {{\n{instead}\n}} else {{\n{right}\n}}")
+                 f"{{ if ({choice}) {{\n{instead}\n}} else {{\n{right}\n}} }}")
     if text.count(plain(there)) != 1:
         sys.exit(f"'{plain(there)}' overlaps another mutation; give both one place")
     return text.replace(plain(there), before + right + after)
