@@ -259,16 +259,18 @@ Container::Errors Container::lost_guarantees(const ModelledProcess& with, const 
   for (std::size_t i = 0; i < chains.size(); ++i) {
     const auto& [name, priority, deadline] = chains[i].options;
     const auto is_kept = [&, limit = deadline](const ModelBounds::Chain& chain) {
-      return chain.bound && *chain.bound <= limit;
+      return chain.bound && *chain.bound <= limit && chain.why_lossy.empty();
     };
     if (!is_kept(before[i]) || is_kept(after[i])) continue;
+    const std::string what = !after[i].bound ? "take any time (" + after[i].why_not + ")"
+                             : !after[i].why_lossy.empty()
+                                 ? "lose some (" + after[i].why_lossy + ")"
+                                 : "take " + to_string(*after[i].bound);
     errors.push_back(fmt::format(
-        "{}, chain '{}' could take {}, and its deadline is {}; without, the chain takes {} at "
+        "{}, chain '{}' could {}, and its deadline is {}; without, the chain takes {} at "
         "most; "
         "{}",
-        how, name,
-        after[i].bound ? to_string(*after[i].bound) : "any time (" + after[i].why_not + ")",
-        to_string(deadline), to_string(*before[i].bound), remedy));
+        how, name, what, to_string(deadline), to_string(*before[i].bound), remedy));
   }
   return errors;
 }

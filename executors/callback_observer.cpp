@@ -8,6 +8,10 @@
 #include <optional>
 #include <utility>
 
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "takt/base/error.hpp"
 #include "takt/base/held_locks.hpp"
 #include "takt/base/lockfree/sequence.hpp"
 #include "takt/base/logger.hpp"
@@ -30,14 +34,15 @@ class CallbackObserver::Callback : public detail::Observed {
 };
 
 struct CallbackObserver::State final : private Watchdog::Watched {
-  explicit State(const ExecutorOptions& of) : options(of) {
+  State(const ExecutorOptions& of, std::size_t threads)
+      : options(of),
+        running(std::max<std::size_t>(of.threads.empty() ? threads : of.threads.size(), 1)) {
     if (options.watchdog != nullptr) options.watchdog->add(*this);
   }
   ~State() {
     if (options.watchdog != nullptr) options.watchdog->remove(*this);
   }
   bool records_times() const noexcept { return options.statistics == StatisticsLevel::full; }
-  std::size_t threads() const noexcept { return std::max<std::size_t>(options.threads.size(), 1); }
   CallbackStatistics statistics_of(const Callback& callback, bool has_ended) const {
     Entity::Counts counts = callback.entity_counts(has_ended, has_ended);
     if (callback.entity->kind() == EntityKind::timer && !has_ended) {
@@ -47,7 +52,8 @@ struct CallbackObserver::State final : private Watchdog::Watched {
   }
 
   const ExecutorOptions options;
-  detail::DispatchLock lock{true};  // of settings and counts
+  std::vector<std::atomic<int>> running;  // the kernel's number of each thread; 0: it does not run
+  detail::DispatchLock lock{true};        // of settings and counts
   std::atomic<TimePoint> timers_held{};
   mutable PiMutex mutex;  // guards what follows; taken before the lock
   std::map<CallbackId, std::unique_ptr<Callback>> callbacks;
@@ -73,8 +79,8 @@ struct CallbackObserver::State final : private Watchdog::Watched {
   }
 };
 
-CallbackObserver::CallbackObserver(const ExecutorOptions& options)
-    : state_(std::make_unique<State>(options)) {
+CallbackObserver::CallbackObserver(const ExecutorOptions& options, std::size_t threads)
+    : state_(std::make_unique<State>(options, threads)) {
 }
 
 CallbackObserver::~CallbackObserver() = default;
@@ -96,7 +102,7 @@ detail::CallbackSettings settings_of(const detail::Observed& callback, const Nod
 CallbackObserver::Callback& CallbackObserver::add(const std::shared_ptr<Entity>& entity,
                                                   const Node& node) {
   auto callback = std::make_unique<Callback>(entity, node, node.callback_parameters(*entity),
-                                             state_->threads(), state_->records_times());
+                                             state_->running.size(), state_->records_times());
   {
     const std::lock_guard ownership(ownership_mutex());
     callback->begin_counting();
@@ -182,6 +188,14 @@ std::vector<ThreadStatistics> CallbackObserver::thread_statistics() const {
   return state_->ended;
 }
 
+std::vector<int> CallbackObserver::running_threads() const {
+  std::vector<int> threads;
+  for (const std::atomic<int>& thread : state_->running) {
+    if (const int number = thread.load(); number != 0) threads.push_back(number);
+  }
+  return threads;
+}
+
 // ---- Threads ----
 
 struct CallbackObserver::Thread::State {
@@ -200,10 +214,17 @@ struct CallbackObserver::Thread::State {
 CallbackObserver::Thread::Thread(CallbackObserver& observer, std::size_t index)
     : state_([&] {
         const ExecutorOptions& options = observer.state_->options;
+        const std::size_t threads = observer.state_->running.size();
+        if (index >= threads) {
+          throw Error(fmt::format("executor '{}' has {} threads, and none of the index {}",
+                                  options.name, threads, index),
+                      "tell its CallbackObserver how many there are");
+        }
         Logger::instance().start();  // not in the first callback that logs
         ThreadStatistics statistics;
         if (options.threads.empty()) {
-          statistics.asked.name = options.name;
+          statistics.asked.name =
+              index == 0 ? options.name : fmt::format("{}-{}", options.name, index);
           statistics.in_force = this_thread_state();
         } else {
           statistics.asked = options.threads.at(index);
@@ -215,10 +236,12 @@ CallbackObserver::Thread::Thread(CallbackObserver& observer, std::size_t index)
         return std::unique_ptr<State>(
             new State{*observer.state_, index, std::move(statistics), std::move(trace)});
       }()) {
+  state_->observer.running[index].store(gettid());
 }
 
 CallbackObserver::Thread::~Thread() {
   CallbackObserver::State& observer = state_->observer;
+  observer.running[state_->index].store(0);
   ThreadStatistics& mine = state_->statistics;
   mine.counters = state_->scope.so_far();
   mine.cpu_time = thread_cpu_time() - state_->cpu_time;

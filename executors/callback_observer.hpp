@@ -30,7 +30,8 @@ class CallbackObserver {
   /// One of the executor's. It lives until remove().
   class Callback;
 
-  explicit CallbackObserver(const ExecutorOptions& options);
+  /// For the threads of the options or, if they name none, for so many.
+  explicit CallbackObserver(const ExecutorOptions& options, std::size_t threads = 1);
   /// There is no Thread any more.
   ~CallbackObserver();
   CallbackObserver(const CallbackObserver&) = delete;
@@ -49,18 +50,21 @@ class CallbackObserver {
   // As Executor and NodeListener.
 
   void parameters_changed(Node& node);
+  /// Counts what is held; not to run what is held is the executor's.
   void release_timers(bool released) noexcept;
   /// How many have messages, or run.
   std::size_t pending() const noexcept;
   std::vector<CallbackStatistics> statistics() const;
   /// Of the Threads that were destroyed last.
   std::vector<ThreadStatistics> thread_statistics() const;
+  /// The kernel's numbers of the Threads that there are.
+  std::vector<int> running_threads() const;
 
   /// A thread that runs callbacks.
   class Thread {
    public:
     /// The calling thread is that of ExecutorOptions::threads at the index, whose attributes it
-    /// gets. Throws Error if these are refused, and required.
+    /// gets. Throws Error if there is no such thread, or if these are refused, and required.
     explicit Thread(CallbackObserver& observer, std::size_t index = 0);
     ~Thread();
     Thread(const Thread&) = delete;

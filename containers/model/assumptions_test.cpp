@@ -86,6 +86,37 @@ TEST(Assumptions, OverheadsAreNeverZeroInSilence) {
   EXPECT_EQ(analyzed(file.text()).verdict(), Verdict::guaranteed);
 }
 
+// A callback beside the chain ended its instances, and each was guaranteed.
+TEST(Assumptions, AnInstanceMayBeEndedBesideItsChain) {
+  const auto verdict = [](const char* deadline, const char* path) {
+    File file;
+    file.more =
+        "    - {component: 'takt::Workload', name: z, executor: default, parameters: "
+        "{subscriptions: {topic: ['y'], work_us: [100]}}}\n";
+    std::string text =
+        file.with("takt::Workload",
+                  fmt::format(", parameters: {{subscriptions: {{topic: ['y'], work_us: [1500]}}}}, "
+                              "callbacks: {{'y': {{deadline: {}, overrun: abort}}}}",
+                              deadline))
+            .text();
+    const std::string_view given = "y/y_timer";
+    text.replace(text.find(given), given.size(), path);
+    return analyzed(text).verdict();
+  };
+  EXPECT_EQ(verdict("9ms", "y/y_timer, z/y"), Verdict::guaranteed);
+  EXPECT_EQ(verdict("1ms", "y/y_timer, z/y"), Verdict::may_lose);
+  EXPECT_EQ(verdict("1ms", "y/y_timer"), Verdict::guaranteed);  // it has come to its end before
+}
+
+// A name was taken for a format.
+TEST(Assumptions, NamesMayHaveBraces) {
+  const Analyzed found = analyzed(File()
+                                      .with_thread("'a{b}': {policy: SCHED_FIFO, priority: 90}")
+                                      .with_dds("threads: 'a{b}'")
+                                      .text());
+  EXPECT_NE(found.verdict(), Verdict::guaranteed);
+}
+
 TEST(Assumptions, SendingCountsByItsSize) {
   const auto bound = [](const char* publish) {
     File file;

@@ -105,8 +105,11 @@ std::vector<Assumption> AssumptionFinder::assumptions(
   for (auto& [id, parts] : by_id) {
     std::vector<std::string> texts;
     for (auto& [text, names] : parts.sentences) {
-      texts.push_back(
-          names.empty() ? text : fmt::format(fmt::runtime(text), joined(std::move(names), ", ")));
+      std::string whole = text;  // no format: a name in it may have braces
+      if (const std::size_t place = whole.find("{}"); !names.empty() && place != whole.npos) {
+        whole.replace(place, 2, joined(std::move(names), ", "));
+      }
+      texts.push_back(std::move(whole));
     }
     std::vector<std::string> sources = once(std::move(parts.sources));
     if (sources.size() > kMostSources) {

@@ -30,6 +30,33 @@ Loss loss_of_timer(const std::string& name, const SystemModel::Callback& facts,
           releases};
 }
 
+Loss loss_of_overrun(const SystemModel& model, const ModelBounds& bounds, std::size_t index) {
+  const auto& limit = model.callbacks[index].given_up_after;
+  if (!limit || bounds.all.callbacks[index].bound <= limit->count()) return {};
+  return {fmt::format("'{}' may take longer than {}, and its `overrun` then ends the instance",
+                      model.system.callbacks[index].name, to_string(*limit)),
+          0};
+}
+
+// What the chain causes beside its path may end its instance, too; but not after its last callback.
+std::string why_ended_beside(const SystemModel& model, const ModelBounds& bounds,
+                             const std::vector<std::size_t>& path) {
+  std::vector<bool> seen(model.system.callbacks.size());
+  seen[path.back()] = true;
+  std::vector<std::size_t> left(path.begin(), path.end() - 1);
+  while (!left.empty()) {
+    const std::size_t index = left.back();
+    left.pop_back();
+    if (seen[index]) continue;
+    seen[index] = true;
+    if (Loss loss = loss_of_overrun(model, bounds, index); !loss.why.empty()) return loss.why;
+    for (const analysis::Output& output : model.system.callbacks[index].outputs) {
+      left.push_back(output.to);
+    }
+  }
+  return {};
+}
+
 Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t index) {
   const SystemModel::Callback& facts = model.callbacks[index];
   const analysis::Callback& callback = model.system.callbacks[index];
@@ -38,11 +65,7 @@ Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t in
   if (facts.dropped != 0) {
     return {fmt::format("'{}' lost {} in the measured run", name, facts.dropped), 0};
   }
-  if (facts.given_up_after && bound.bound > facts.given_up_after->count()) {
-    return {fmt::format("'{}' may take longer than {}, and its `overrun` then ends the instance",
-                        name, to_string(*facts.given_up_after)),
-            0};
-  }
+  if (Loss loss = loss_of_overrun(model, bounds, index); !loss.why.empty()) return loss;
   if (facts.lifespan != Nanoseconds::zero() &&
       bound.bound - callback.least_execution > facts.lifespan.count()) {
     return {fmt::format("messages of '{}' may wait for longer than their lifespan, {}", name,
@@ -72,6 +95,7 @@ void find_losses(const SystemModel& model, const ModelBounds& bounds,
     result.one_of = analysis::times(result.one_of, loss.one_of);
     if (result.why_lossy.empty()) result.why_lossy = loss.why;
   }
+  if (result.why_lossy.empty()) result.why_lossy = why_ended_beside(model, bounds, path);
 }
 
 // A join waits for the next message of an input: it must come.

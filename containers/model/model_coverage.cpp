@@ -61,12 +61,19 @@ void AssumptionFinder::add_keys_not_covered() {
       assume(std::move(fact));
       continue;
     }
+    const auto described =
+        std::find_if(description_.executors.begin(), description_.executors.end(),
+                     [&](const ExecutorDescription& other) { return other.name == key.entry; });
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       const ModelledPart& part = parts_[i];
+      // A library that one executor names is that of all of its type.
+      const bool has_its_type = key.key == "library" && described != description_.executors.end() &&
+                                part.description->type == described->type;
+      const bool is_it = part.description->name == key.entry || has_its_type;
       // Every order has a bound; only what is said of another one may be wrong.
       const bool has_order = part.scheduler == key.entry &&
                              model_.system.executors[i].order != analysis::Order::arbitrary;
-      if (is_of_executor ? part.description->name != key.entry : !has_order) continue;
+      if (is_of_executor ? !is_it : !has_order) continue;
       fact.executor = i;
       assume(fact);
     }

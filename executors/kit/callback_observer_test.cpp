@@ -64,6 +64,7 @@ class ByHand final : public Executor {
   std::vector<ThreadStatistics> thread_statistics() const override {
     return observer_.thread_statistics();
   }
+  std::vector<int> running_threads() const override { return observer_.running_threads(); }
 
  private:
   struct Member final : Sink {
@@ -218,6 +219,17 @@ TEST_F(Kit, WhatACallbackByHandThrowsLeavesItAndIsCounted) {
   EXPECT_THROW(executor->spin_some(), std::runtime_error);
   EXPECT_EQ(executor->pending(), 0u);
   EXPECT_EQ(executor->statistics().at(0).received, 1u);
+}
+
+TEST(CallbackObserver, KnowsItsThreads) {
+  CallbackObserver observer({.name = "two"}, 2);
+  EXPECT_THAT(observer.running_threads(), ::testing::IsEmpty());
+  {
+    const CallbackObserver::Thread second(observer, 1);
+    EXPECT_THAT(observer.running_threads(), ::testing::ElementsAre(gettid()));
+  }
+  EXPECT_THAT(observer.running_threads(), ::testing::IsEmpty());
+  EXPECT_THROW(CallbackObserver::Thread(observer, 2), Error);
 }
 
 TEST_F(Kit, WhatAnotherExecutorHasCountedIsNotCountedByHandAgain) {

@@ -32,7 +32,7 @@ std::string cheapest_that_serves(std::size_t workers, bool has_file_descriptors)
   return best;
 }
 
-// What each dispatch relies on. It ends, whatever the back end does.
+// What each dispatch relies on.
 void try_wait_backend(const std::string& name, const WaitBackendRegistry::Entry& entry) {
   if (name == kAutoWait) throw Error("the name 'auto' means Takt's choice", "register another one");
   const auto backend = entry.factory(1);
@@ -56,8 +56,17 @@ bool register_wait_backend(std::string name, WaitBackendRegistry::Entry entry,
 }
 
 void load_wait_backend(const std::string& name, const std::string& library) {
-  load_registered(wait_backends(), name, library,
-                  [&](const auto& entry) { try_wait_backend(name, entry); });
+  load_registered(wait_backends(), name, library, [&](const auto& entry) {
+    try {
+      try_wait_backend(name, entry);
+    } catch (const Error&) {
+      throw;
+    } catch (...) {
+      throw Error(
+          fmt::format("wait back end '{}' throws: {}", name, text_of(std::current_exception())),
+          "let it throw takt::Error where the kernel does not grant it, and nothing else");
+    }
+  });
 }
 
 void check_wait_backend(std::string_view name) {
