@@ -50,14 +50,17 @@ const char* realtime_policy(int policy) {
   }
 }
 
-/// All real-time threads, except those of this process and of the kernel, by thread id.
-std::map<int, Neighbour> realtime_threads() {
+enum class Of { others, this_process };
+
+/// All real-time threads of other processes, except of the kernel, or of this one, by thread id.
+std::map<int, Neighbour> realtime_threads(Of whose = Of::others) {
   std::map<int, Neighbour> result;
   std::error_code ignored;  // processes may end during the iteration
   for (const auto& process : fs::directory_iterator("/proc", ignored)) {
     const std::string name = process.path().filename();
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-    if (std::stoi(name) == getpid() || read_line(process.path() / "cmdline").empty()) continue;
+    if ((std::stoi(name) == getpid()) != (whose == Of::this_process)) continue;
+    if (read_line(process.path() / "cmdline").empty()) continue;
     for (const auto& task : fs::directory_iterator(process.path() / "task", ignored)) {
       Neighbour neighbour{.process = std::stoi(name),
                           .thread = std::stoi(task.path().filename().string())};
@@ -141,6 +144,12 @@ std::string machine_line() {
 std::vector<Neighbour> realtime_neighbours() {
   std::vector<Neighbour> result;
   for (auto& [thread, neighbour] : realtime_threads()) result.push_back(std::move(neighbour));
+  return result;
+}
+
+std::vector<Neighbour> own_realtime_threads() {
+  std::vector<Neighbour> result;
+  for (auto& [thread, own] : realtime_threads(Of::this_process)) result.push_back(std::move(own));
   return result;
 }
 

@@ -31,7 +31,8 @@ std::string machine_line();
 /// first is 0. Does nothing if there are fewer.
 void stay_on(std::size_t cpu);
 
-/// A thread of another process under SCHED_FIFO, SCHED_RR or SCHED_DEADLINE.
+/// A thread, of another process where nothing else is said, under SCHED_FIFO, SCHED_RR or
+/// SCHED_DEADLINE.
 struct Neighbour {
   int process = 0, thread = 0;
   std::string name, policy;
@@ -42,6 +43,8 @@ struct Neighbour {
 
 /// Those that there are now.
 std::vector<Neighbour> realtime_neighbours();
+/// Of this process.
+std::vector<Neighbour> own_realtime_threads();
 
 /// Whether a hypervisor runs this machine, which may take its CPUs away.
 bool is_virtual();

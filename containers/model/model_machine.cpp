@@ -111,9 +111,10 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
       if (!may_meet || !(is_before || model_.system.for_realtime)) continue;
       assume({.id = "nothing_else_runs",
               .state = State::unchecked,
-              .text = fmt::format("the real-time thread '{}' of another process is not there "
-                                  "beside those of {{}}, or short",
-                                  other.name),
+              .text = fmt::format(
+                  "the real-time thread '{}', which the file does not name, is not there "
+                  "beside those of {{}}, or short",
+                  other.name),
               .name = name,
               .source = "this machine",
               .executor = index});

@@ -47,7 +47,7 @@ struct ModelledProcess {
 
 /// What the caller knows of the machine that the system runs on.
 struct MachineFacts {
-  /// A real-time thread of another process.
+  /// A real-time thread that the file does not name: of another process, or made by a constructor.
   struct Thread {
     std::string name;
     bool is_reserved = false;  // SCHED_DEADLINE

@@ -128,6 +128,21 @@ std::string program_of(const std::string& process) {
   return std::filesystem::read_symlink("/proc/" + process + "/exe", failed).string();
 }
 
+/// Linux shows 15 characters of a name.
+bool is_named(const SystemDescription& system, const rt::Neighbour& thread) {
+  return std::any_of(system.threads.begin(), system.threads.end(),
+                     [&](const ThreadDescription& named) {
+                       return named.attributes.name.substr(0, 15) == thread.name;
+                     });
+}
+
+auto fact_of(const rt::Neighbour& thread) {
+  return MachineFacts::Thread{.name = thread.name,
+                              .is_reserved = thread.policy == "SCHED_DEADLINE",
+                              .priority = thread.priority,
+                              .cpus = thread.affinity};
+}
+
 /// This machine, if the system is for its CPUs.
 MachineFacts facts_of_machine(const SystemDescription& system) {
   MachineFacts facts{.is_known = true, .is_virtual = rt::is_virtual()};
@@ -137,18 +152,18 @@ MachineFacts facts_of_machine(const SystemDescription& system) {
   }
   const std::string here = program_of("self");
   for (const rt::Neighbour& other : rt::realtime_neighbours()) {
-    // It may be this system that runs. Linux shows 15 characters of a name.
-    const bool is_own = std::any_of(system.threads.begin(), system.threads.end(),
-                                    [&](const ThreadDescription& thread) {
-                                      return thread.attributes.name.substr(0, 15) == other.name;
-                                    });
-    if (is_own && program_of(std::to_string(other.process)) == here) continue;
-    facts.others.push_back({.name = other.name,
-                            .is_reserved = other.policy == "SCHED_DEADLINE",
-                            .priority = other.priority,
-                            .cpus = other.affinity});
+    // It may be this system that runs.
+    if (is_named(system, other) && program_of(std::to_string(other.process)) == here) continue;
+    facts.others.push_back(fact_of(other));
   }
   return facts;
+}
+
+/// Threads that constructors have made: the file does not name them.
+void add_threads_of_components(AnalyzedFile& file) {
+  for (const rt::Neighbour& own : rt::own_realtime_threads()) {
+    if (!is_named(file.system, own)) file.machine.others.push_back(fact_of(own));
+  }
 }
 
 /// Marks what the model does not fit.
@@ -229,6 +244,7 @@ AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options
   file.chains = find_chains(file.system, nodes, errors);
   if (!errors.empty()) throw ConfigurationError(errors);
   if (file.measured) compare_with_model(file, options.overrides);
+  add_threads_of_components(file);
   file.model = make_system_model(file.system, file.chains, file.processes,
                                  file.measured ? &*file.measured : nullptr, file.machine);
   const auto begin = std::chrono::steady_clock::now();
