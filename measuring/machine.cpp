@@ -86,6 +86,12 @@ std::map<int, Neighbour> realtime_threads(Of whose = Of::others) {
   return result;
 }
 
+std::vector<Neighbour> listed(const std::map<int, Neighbour>& threads) {
+  std::vector<Neighbour> result;
+  for (const auto& [number, thread] : threads) result.push_back(thread);
+  return result;
+}
+
 }  // namespace
 
 std::string read_line(const std::string& path) {
@@ -142,15 +148,11 @@ std::string machine_line() {
 }
 
 std::vector<Neighbour> realtime_neighbours() {
-  std::vector<Neighbour> result;
-  for (auto& [thread, neighbour] : realtime_threads()) result.push_back(std::move(neighbour));
-  return result;
+  return listed(realtime_threads());
 }
 
 std::vector<Neighbour> own_realtime_threads() {
-  std::vector<Neighbour> result;
-  for (auto& [thread, own] : realtime_threads(Of::this_process)) result.push_back(std::move(own));
-  return result;
+  return listed(realtime_threads(Of::this_process));
 }
 
 bool is_virtual() {

@@ -67,6 +67,16 @@ container:
   }
 };
 
+/// Of a run in which it did what the file says.
+MeasuredModel run_of_the_timer() {
+  MeasuredModel measured{.duration = 10s, .dispatch_overhead = 1us, .wake_overhead = 1us};
+  measured.callbacks.push_back({.name = "/y/y_timer",
+                                .executions = 100,
+                                .longest_execution = 1ms,
+                                .least_distances = {10ms}});
+  return measured;
+}
+
 TEST(Assumptions, AFileThatSaysAllIsGuaranteed) {
   const Analyzed found = analyzed(File().text());
   EXPECT_THAT(found.missing(), IsEmpty());
@@ -204,11 +214,7 @@ TEST(Assumptions, ATimersNameSaysNothing) {
 }
 
 TEST(Assumptions, ARunMayRefuteThePeriodOfATimer) {
-  MeasuredModel measured{.duration = 10s, .dispatch_overhead = 1us, .wake_overhead = 1us};
-  measured.callbacks.push_back({.name = "/y/y_timer",
-                                .executions = 100,
-                                .longest_execution = 1ms,
-                                .least_distances = {10ms}});
+  MeasuredModel measured = run_of_the_timer();
   EXPECT_EQ(verdict_of(File().text(), &measured), Verdict::guaranteed);
   measured.callbacks[0].least_distances = {9ms};
   EXPECT_EQ(verdict_of(File().text(), &measured), Verdict::refuted);
@@ -295,11 +301,7 @@ TEST(Assumptions, TheStartCountsUnlessTheChainSaysOtherwise) {
 }
 
 TEST(Assumptions, AModelFromElsewhereIsOne) {
-  MeasuredModel measured{.duration = 10s, .dispatch_overhead = 1us, .wake_overhead = 1us};
-  measured.callbacks.push_back({.name = "/y/y_timer",
-                                .executions = 100,
-                                .longest_execution = 1ms,
-                                .least_distances = {10ms}});
+  MeasuredModel measured = run_of_the_timer();
   EXPECT_THAT(analyzed(File().text(), &measured).missing(), ElementsAre("as_measured"));
   measured.differs = "it is of 'another one'";
   EXPECT_THAT(analyzed(File().text(), &measured).missing(), Contains("model_from_elsewhere"));

@@ -63,6 +63,16 @@ bool ModelParts::is_of_takt(std::size_t callback) const {
   });
 }
 
+void ModelParts::assume_of(std::size_t callback, const char* id, std::string text,
+                           std::string source) {
+  assume({.id = id,
+          .state = State::unchecked,
+          .text = std::move(text),
+          .name = "'" + model_.system.callbacks[callback].name + "'",
+          .source = std::move(source),
+          .executor = model_.system.callbacks[callback].executor});
+}
+
 void ModelParts::assume_unseen(const std::string& what, std::size_t callback) {
   const std::string length =
       measured_->duration == Nanoseconds::zero()
@@ -216,12 +226,7 @@ void AssumptionFinder::add_assumptions_of_model() {
 // What a publisher keeps for late subscriptions comes at once, and a constructor may send anything.
 void AssumptionFinder::add_assumptions_of_start() {
   const auto add = [&](std::string text, std::size_t callback) {
-    assume({.id = "start_is_over",
-            .state = State::unchecked,
-            .text = std::move(text),
-            .name = "'" + model_.system.callbacks[callback].name + "'",
-            .source = "nobody",
-            .executor = model_.system.callbacks[callback].executor});
+    assume_of(callback, "start_is_over", std::move(text));
   };
   for (std::size_t to = 0; to < callbacks_.size(); ++to) {
     const auto* const end = dynamic_cast<const SubscriptionBase*>(callbacks_[to]->entity.get());
@@ -248,12 +253,8 @@ void AssumptionFinder::add_who_else_sends() {
   for (std::size_t i = 0; i < callbacks_.size(); ++i) {
     for (const analysis::Output& output : model_.system.callbacks[i].outputs) {
       if (process_of(output.to) == process_of(i)) continue;
-      assume({.id = "dds_threads_elsewhere",
-              .state = State::unchecked,
-              .text = "{} does not wait for locks that threads of DDS hold when it sends",
-              .name = "'" + model_.system.callbacks[i].name + "'",
-              .source = "nobody",
-              .executor = model_.system.callbacks[i].executor});
+      assume_of(i, "dds_threads_elsewhere",
+                "{} does not wait for locks that threads of DDS hold when it sends");
     }
   }
   const bool is_closed =
@@ -263,21 +264,12 @@ void AssumptionFinder::add_who_else_sends() {
     const bool receives = kind == EntityKind::subscription || kind == EntityKind::service ||
                           kind == EntityKind::client;
     if (is_closed && !process_of(i)->is_program) continue;
-    assume({.id = "no_other_publishers",
-            .state = State::unchecked,
-            .text = receives
-                        ? "nobody outside of the file sends to {}"
-                        : "nobody outside of the file receives what {} sends, which takes time",
-            .name = "'" + model_.system.callbacks[i].name + "'",
-            .source = "nobody",
-            .executor = model_.system.callbacks[i].executor});
-    if (!process_of(i)->is_program) continue;  // else the thread `requests` serves them
-    assume({.id = "no_other_publishers",
-            .state = State::unchecked,
-            .text = "nobody asks the parameter services of the node of {}",
-            .name = "'" + model_.system.callbacks[i].name + "'",
-            .source = "nobody",
-            .executor = model_.system.callbacks[i].executor});
+    assume_of(i, "no_other_publishers",
+              receives ? "nobody outside of the file sends to {}"
+                       : "nobody outside of the file receives what {} sends, which takes time");
+    // Those of containers are served by the thread `requests`.
+    if (process_of(i)->is_program)
+      assume_of(i, "no_other_publishers", "nobody asks the parameter services of the node of {}");
   }
   // A container refuses what takes a guarantee away that it knows: of its own process, by the model
   // that its file names.
@@ -302,12 +294,7 @@ void AssumptionFinder::add_what_nobody_says() {
     const bool has_run = seen != nullptr && seen->executions != 0;
     const bool is_said = said_by_component(i).has_value();
     const auto add = [&](const char* text, std::string source) {
-      assume({.id = "as_declared",
-              .state = State::unchecked,
-              .text = text,
-              .name = "'" + model_.system.callbacks[i].name + "'",
-              .source = std::move(source),
-              .executor = model_.system.callbacks[i].executor});
+      assume_of(i, "as_declared", text, std::move(source));
     };
     if (execution == Provenance::declared && !has_run) {
       add("no execution of {} is longer than declared: no run has measured it",

@@ -58,6 +58,9 @@ class ModelParts {
     std::optional<std::size_t> executor;  // whose bounds rest on it; nullopt: all
   };
   void assume(Fact fact) { facts_.push_back(std::move(fact)); }
+  /// Unchecked, of a callback, whose name stands for "{}" in the text.
+  void assume_of(std::size_t callback, const char* id, std::string text,
+                 std::string source = "nobody");
   /// That it never happens that …
   void assume_unseen(const std::string& what, std::size_t callback);
   /// "declared at robot.yaml:7".

@@ -345,12 +345,7 @@ std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool ha
       kind == EntityKind::subscription || kind == EntityKind::service || kind == EntityKind::client;
   const bool may_be_called = !is_receiver || joins_dds();
   if (is_timeout(*callback.entity) && (seen == nullptr || seen->executions == 0)) {
-    assume({.id = "requests_are_answered",
-            .state = Assumption::State::unchecked,
-            .text = "{} never comes: each request is answered in time",
-            .name = "'" + model_.system.callbacks[index].name + "'",
-            .source = "nobody",
-            .executor = model_.system.callbacks[index].executor});
+    assume_of(index, "requests_are_answered", "{} never comes: each request is answered in time");
     return {};
   }
   if (seen == nullptr) return may_be_called ? std::optional(ArrivalCurve::unknown()) : std::nullopt;
