@@ -6,7 +6,9 @@
 
 namespace takt {
 
-thread_local constinit ReadSection::Reader* ReadSection::this_reader = nullptr;
+[[gnu::tls_model(
+    "initial-exec")]] thread_local constinit ReadSection::Reader* ReadSection::this_reader =
+    nullptr;
 
 struct ReadSection::Readers {
   std::mutex mutex;         // taken when threads come and go, and to wait for readers

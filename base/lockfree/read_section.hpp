@@ -25,10 +25,11 @@ namespace TAKT_PUBLIC takt {
 /// allocates. Executor threads do that before their first callback.
 class ReadSection {
  public:
-  ReadSection() noexcept : reader_(this_reader ? *this_reader : register_thread()) {
+  [[gnu::always_inline]] ReadSection() noexcept
+      : reader_(this_reader ? *this_reader : register_thread()) {
     if (reader_.depth++ == 0) reader_.entered.exchange(reader_.entered.load() + 1);
   }
-  ~ReadSection() {
+  [[gnu::always_inline]] ~ReadSection() {
     if (--reader_.depth == 0) {
       // Release: pairs with the acquire in wait_for_readers; our reads end before it continues.
       reader_.entered.store(reader_.entered.load() + 1, std::memory_order_release);
@@ -49,7 +50,7 @@ class ReadSection {
   struct Readers;
   static Readers& readers() noexcept;
   static Reader& register_thread() noexcept;
-  static thread_local constinit Reader* this_reader;
+  [[gnu::tls_model("initial-exec")]] static thread_local constinit Reader* this_reader;
 
   Reader& reader_;
 };

@@ -77,7 +77,7 @@ bool Dispatcher::run_ready(Worker& worker, const ReadySet::Limits& limits) noexc
   CallbackRecord* const record = ready_.next(limits);
   if (record == nullptr) [[unlikely]]
     return false;
-  Execution execution(*record);
+  Execution execution(*record, ready_.exact_time());
   const TimePoint picked =
       ready_.timers().now();  // read since the last callback, or the last sleep
   if (execution.is_checked) [[unlikely]]
@@ -91,7 +91,7 @@ bool Dispatcher::run_ready(Worker& worker, const ReadySet::Limits& limits) noexc
     lock().unlock();
     execution.is_taken = record->entity->take(execution.slot);  // it may decode a long message
   }
-  const ExecutionTimes times = run(worker, execution, picked, nullptr);
+  ExecutionTimes times = run(worker, execution, picked, nullptr);
   lock().lock();
   finish(worker, execution, times);
   return true;
@@ -115,7 +115,7 @@ void Dispatcher::take(Execution& execution) noexcept {
 void Dispatcher::execute(Worker& worker, Execution& execution, StagedOutputs* outputs) noexcept {
   const TimePoint picked = ready_.timers().now();
   lock().unlock();
-  const ExecutionTimes times = run(worker, execution, picked, outputs);
+  ExecutionTimes times = run(worker, execution, picked, outputs);
   lock().lock();
   finish(worker, execution, times);
 }
@@ -128,7 +128,7 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
   const bool is_checked = execution.is_checked;
   // A scheduler that looks at times needs no more than when one callback ended and the next one
   // was picked: on one worker that is one reading.
-  ExecutionTimes times{picked, picked, picked, ready_.exact_time()};
+  ExecutionTimes times{picked, picked, picked, execution.as_picked.has_value()};
   if (execution.is_taken && AbortedInstances::contains(slot.chain_instance) &&
       record.entity->kind() == EntityKind::subscription) {
     discard(execution);
@@ -137,8 +137,7 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
     if (is_checked) record.supervision->running[worker.index].deadline.store(kNever);
     return times;
   }
-  Dispatch dispatch =
-      record.dispatch(slot, execution.as_picked.info, outputs, record.exclusion.get());
+  Dispatch dispatch = record.dispatch(slot, execution.info, outputs, record.exclusion.get());
   const Dispatch::Scope scope(dispatch);
   if (is_checked) [[unlikely]]
     record.supervision->running[worker.index].chain_instance.store(dispatch.chain_instance);
@@ -175,7 +174,7 @@ void Dispatcher::call(Execution& execution) noexcept {
 }
 
 // With the lock.
-void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes times) noexcept {
+void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes& times) noexcept {
   CallbackRecord& record = *execution.record;
   const bool is_taken = execution.is_taken;
   if (is_taken && options_.statistics != StatisticsLevel::off) ++record.counts.executions;
@@ -193,9 +192,10 @@ void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes tim
     if (is_taken && observation_.records_times())
       record.record_times(execution.slot, times, options_.slices.get());
     if (is_taken && worker.trace != nullptr) record.trace(*worker.trace, execution.slot, times);
-    ready_.report_execution(record, execution.as_picked, times.end - times.start);
+    const auto& [callback, label] = *execution.as_picked;
+    ready_.report_execution(record, callback, times.end - times.start);
     if (rule_ != nullptr && rule_->uses_time())
-      rule_->done(execution.as_picked, execution.label, times.end - times.start);
+      rule_->done(callback, label, times.end - times.start);
   }
   const bool more = execution.slot.more || worker.runs_again;
   worker.runs_again = false;

@@ -108,7 +108,7 @@ class Dispatcher {
                      StagedOutputs* outputs) noexcept;
   void call(Execution& execution) noexcept;
   bool starts_at_once(const Worker& worker, const Execution& execution) const noexcept;
-  void finish(Worker& worker, Execution& execution, ExecutionTimes times) noexcept
+  void finish(Worker& worker, Execution& execution, ExecutionTimes& times) noexcept
       TAKT_REQUIRES(workers_.lock());
   void discard(Execution& execution) noexcept;
   [[gnu::cold, gnu::noinline]] void caught(const CallbackRecord& record,

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -114,16 +115,19 @@ using RemovedRecords = std::vector<std::unique_ptr<CallbackRecord>>;
 
 /// What a worker knows of a callback from when it has picked it until it has run.
 struct Execution {
-  explicit Execution(CallbackRecord& picked)
-      : record(&picked),
-        as_picked(picked),
-        label(picked.settings.label),
-        is_checked(picked.is_checked) {
+  /// `has_times`: when it begins and ends is read, and said to the scheduler and the rule.
+  Execution(CallbackRecord& picked, bool has_times)
+      : record(&picked), info(picked.info), is_checked(picked.is_checked) {
     slot.sequence = picked.sequence;
+    if (has_times) as_picked.emplace(AsPicked{picked, picked.settings.label});
   }
+  struct AsPicked {
+    ReadyCallback callback;
+    std::uint64_t label;  // of the rule
+  };
   CallbackRecord* record;
-  ReadyCallback as_picked;
-  std::uint64_t label;  // of the rule; it and what follows as it was picked
+  const CallbackInfo* info;  // it and what follows as it was picked
+  std::optional<AsPicked> as_picked;
   bool is_checked;
   bool is_taken = false;
   Slot slot;

@@ -99,7 +99,7 @@ void RuleStep::take_inputs(const Worker& worker, std::vector<Execution>& executi
   while (CallbackRecord* record = ready_.pick({.may_poll = false})) {
     if (ready_.selection().holds(*record)) continue;
     record->state.retain();
-    Execution& execution = executions.emplace_back(*record);
+    Execution& execution = executions.emplace_back(*record, ready_.exact_time());
     if (record->is_checked)
       record->watch_execution(worker.index, dispatcher_.observation().watchdog());
     execution.is_taken = record->entity->take(execution.slot);

@@ -308,7 +308,7 @@ MUTATIONS |= {
         ("what a rule has put aside stays there", "engine/rule_step.cpp",
          "‹ready_.restore(ready_.selection().take_held());›", "", KIT),
         ("a rule hears of no execution", "engine/dispatcher.cpp",
-         "‹rule_->done(execution.as_picked, execution.label, times.end - times.start);›", "", KIT),
+         "‹rule_->done(callback, label, times.end - times.start);›", "", KIT),
         ("each thread takes what is for others", "engine/selection.cpp",
          "worker == kAnyWorker || «(record.settings.workers >> worker & 1) != 0»", "true", KIT),
         ("nobody waits for the opening of a rule", "engine/selection.cpp",
