@@ -1,7 +1,9 @@
 // A library of executors and wait back ends, good ones and bad ones, for executor_library_test.cpp.
 // SPDX-License-Identifier: Apache-2.0
+#include <chrono>
 #include <memory>
 #include <stdexcept>
+#include <thread>
 
 #include "takt/base/version.hpp"
 #ifdef TAKT_TEST_OLD
@@ -41,6 +43,13 @@ struct Always : Never {
   bool wait(std::size_t, takt::TimePoint) noexcept override { return true; }
 };
 
+struct Hangs : Never {
+  using Never::Never;
+  bool wait(std::size_t, takt::TimePoint) noexcept override {
+    for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
+  }
+};
+
 }  // namespace
 
 TAKT_REGISTER_EXECUTOR("sound", "every event at once, for two threads",
@@ -54,5 +63,6 @@ TAKT_REGISTER_EXECUTOR("twice", "for tests")
 TAKT_REGISTER_EXECUTOR("twice", "for tests")
 TAKT_REGISTER_WAIT_BACKEND("never", "for tests", Never)
 TAKT_REGISTER_WAIT_BACKEND("always", "for tests", Always)
+TAKT_REGISTER_WAIT_BACKEND("hangs", "for tests", Hangs)
 TAKT_REGISTER_WAIT_BACKEND("futex", "for tests", Never)
 TAKT_REGISTER_WAIT_BACKEND("auto", "for tests", Never)

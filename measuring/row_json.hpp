@@ -143,7 +143,7 @@ void read_number(const json& from, T& into, const Place& place) {
       refuse(place, from, "a whole number that is not so large");
     }
   } else {
-    if (!from.is_number()) refuse(place, from, "a number");
+    if (!from.is_number() || from < 0 || from > 1e15) refuse(place, from, "a number from 0");
   }
   into = from.get<T>();
 }

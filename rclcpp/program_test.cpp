@@ -178,6 +178,22 @@ TEST_F(ProgramDeathTest, ANameThatNobodyHasIsAnError) {
   EXPECT_EXIT(spin_with("nodes:\n  camera: {executor: fast}\n"), kEndsWell, "in force");
 }
 
+// The name of its container was an exception that ended the program.
+TEST_F(ProgramDeathTest, WhoStartsAProgramGivesItAnyName) {
+  EXPECT_EXIT(
+      {
+        static std::string name(300, '\x1b');
+        program_invocation_short_name = name.data();
+        configure(kThreads + "nodes:\n  /camera: {executor: fast}\n");
+        run([] {
+          const auto node = std::make_shared<Node>("camera");
+          const auto timer = node->create_wall_timer(1ms, [] { rclcpp::shutdown(); });
+          spin(node);
+        });
+      },
+      kEndsWell, "in force");
+}
+
 TEST_F(ProgramDeathTest, ANameIsMissedAtTheExitOfAProgramThatOnlySpinsSome) {
   EXPECT_EXIT(
       {

@@ -19,7 +19,7 @@ class WrappedWait : public WaitBackend {
     return waits_->wait(worker, deadline);
   }
   void post() noexcept override { waits_->post(); }
-  void enter(std::size_t worker, const ThreadAttributes& attributes) override {
+  void enter(std::size_t worker, const ThreadAttributes& attributes) noexcept override {
     waits_->enter(worker, attributes);
   }
   void leave(std::size_t worker) noexcept override { waits_->leave(worker); }

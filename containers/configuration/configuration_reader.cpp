@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/printable.hpp"
 #include "takt/base/time.hpp"
 #include "takt/containers/model/assumption.hpp"
 #include "takt/messages/entries.hpp"
@@ -200,7 +201,11 @@ SystemReader::Read ConfigurationReader::into_accepted(Acceptances& accepted) {
                   suggest(value.name, ids));
       return;
     }
-    into(accepted[value.name])(value);
+    std::string& reason = accepted[value.name];
+    into(reason)(value);
+    if (printable(reason) != reason) {
+      errors_.add(value.line, "the reason is no line of text", "write it in one line");
+    }
   });
 }
 

@@ -400,6 +400,8 @@ TEST(Assumptions, UnknownIdsAreRefusedWithTheList) {
   EXPECT_THAT(error_of(file.text()), HasSubstr("did you mean 'host_not_shared'"));
   file.chain = ", accept: {host_not_shared: ''}";
   EXPECT_THAT(error_of(file.text()), HasSubstr("a text that is not empty"));
+  file.chain = ", accept: {host_not_shared: \"mine\\nguaranteed\"}";
+  EXPECT_THAT(error_of(file.text()), HasSubstr("the reason is no line of text"));
 }
 
 // Best effort between processes loses: the chain was guaranteed.

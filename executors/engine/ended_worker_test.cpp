@@ -24,7 +24,7 @@ std::function<void()> on_enter, on_leave;
 class HookedWait final : public WrappedWait {
  public:
   using WrappedWait::WrappedWait;
-  void enter(std::size_t worker, const ThreadAttributes& attributes) override {
+  void enter(std::size_t worker, const ThreadAttributes& attributes) noexcept override {
     WrappedWait::enter(worker, attributes);
     if (worker == 0 && on_enter) std::exchange(on_enter, nullptr)();
   }

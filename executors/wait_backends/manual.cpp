@@ -17,7 +17,7 @@ ManualWaitBackend::ManualWaitBackend(ManualClock& clock, std::size_t workers)
   for (std::size_t i = 0; i < workers; ++i) workers_[i].participant.rank = {backend, i};
 }
 
-void ManualWaitBackend::enter(std::size_t worker, const ThreadAttributes& thread) {
+void ManualWaitBackend::enter(std::size_t worker, const ThreadAttributes& thread) noexcept {
   Worker& self = workers_[worker];
   self.participant.priority = thread.priority;
   self.participant.cpus = thread.affinity;

@@ -20,7 +20,7 @@ class ManualWaitBackend final : public WaitBackend {
  public:
   ManualWaitBackend(ManualClock& clock, std::size_t workers);
 
-  void enter(std::size_t worker, const ThreadAttributes& thread) override;
+  void enter(std::size_t worker, const ThreadAttributes& thread) noexcept override;
   void leave(std::size_t worker) noexcept override;
   bool wait(std::size_t worker, TimePoint deadline) noexcept override;
   void post() noexcept override;

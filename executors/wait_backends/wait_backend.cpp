@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/wait_backends/wait_backend.hpp"
 
+#include <chrono>
+#include <future>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include <fmt/format.h>
@@ -17,6 +20,8 @@ WaitBackendRegistry& wait_backends() {
 }
 
 namespace {
+
+constexpr std::chrono::seconds kTrial{5};
 
 std::string cheapest_that_serves(std::size_t workers, bool has_file_descriptors) {
   std::string best;
@@ -34,7 +39,6 @@ std::string cheapest_that_serves(std::size_t workers, bool has_file_descriptors)
 
 // What each dispatch relies on.
 void try_wait_backend(const std::string& name, const WaitBackendRegistry::Entry& entry) {
-  if (name == kAutoWait) throw Error("the name 'auto' means Takt's choice", "register another one");
   const auto backend = entry.factory(1);
   backend->prepare();
   backend->enter(0, {});
@@ -48,6 +52,21 @@ void try_wait_backend(const std::string& name, const WaitBackendRegistry::Entry&
   backend->leave(0);
 }
 
+// The thread of one that never returns is left behind: libraries are not unloaded.
+void try_in_time(const std::string& name, const WaitBackendRegistry::Entry& entry) {
+  if (name == kAutoWait) throw Error("the name 'auto' means Takt's choice", "register another one");
+  std::packaged_task<void()> trial([name, entry] { try_wait_backend(name, entry); });
+  std::future<void> result = trial.get_future();
+  std::thread thread(std::move(trial));
+  if (result.wait_for(kTrial) != std::future_status::ready) {
+    thread.detach();
+    throw Error(fmt::format("wait back end '{}' has not returned for {} s", name, kTrial.count()),
+                "return from `wait` when its deadline has come, or a post");
+  }
+  thread.join();
+  result.get();
+}
+
 }  // namespace
 
 bool register_wait_backend(std::string name, WaitBackendRegistry::Entry entry,
@@ -58,7 +77,7 @@ bool register_wait_backend(std::string name, WaitBackendRegistry::Entry entry,
 void load_wait_backend(const std::string& name, const std::string& library) {
   load_registered(wait_backends(), name, library, [&](const auto& entry) {
     try {
-      try_wait_backend(name, entry);
+      try_in_time(name, entry);
     } catch (const Error&) {
       throw;
     } catch (...) {

@@ -33,7 +33,7 @@ class WaitBackend {
   virtual bool wait(std::size_t worker, TimePoint deadline) noexcept = 0;
   virtual void post() noexcept = 0;
   /// The calling thread, which has asked for these attributes, is that worker until it leaves.
-  virtual void enter(std::size_t, const ThreadAttributes&) {}
+  virtual void enter(std::size_t, const ThreadAttributes&) noexcept {}
   virtual void leave(std::size_t) noexcept {}
 
   virtual bool serves_file_descriptors() const noexcept { return false; }
@@ -96,8 +96,8 @@ bool register_wait_backend(std::string name, WaitBackendRegistry::Entry entry, c
 /// Loads the library, tries the wait back end that it registers under this name, and adds it to
 /// wait_backends(). `library` is as for load_scheduler(). Throws Error, and adds nothing, if the
 /// library cannot be loaded, does not register the name or registers it twice, if the name is
-/// taken, or if a thread that was posted to would not wake up. The conformance suite tests the
-/// rest. Thread safety: may be called from any thread. Real-time: no.
+/// taken, if a thread that was posted to would not wake up, or none comes back within 5 s. The
+/// conformance suite tests the rest. Thread safety: may be called from any thread. Real-time: no.
 void load_wait_backend(const std::string& name, const std::string& library);
 
 }  // namespace takt

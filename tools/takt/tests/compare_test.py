@@ -143,8 +143,12 @@ for words, parts in (
           for name in ("", "..", ".", "results/", "/", "a/..", ".json")),
         (("--csv", "-", "--json", "-"), ("cannot both be written to stdout",)),
         (("--against", system), ("is neither",)),
-        (("--against", "six.csv.json"), ("this is no file of results",))):
+        (("--against", "six.csv.json"), ("this is no file of results",)),
+        (("--against", "negative"), ("negative.compared.json", "cpu_percent", "a number from 0"))):
     pathlib.Path("six.csv.json").write_text("{}")
+    negative = json.loads(pathlib.Path("before.compared.json").read_text())
+    negative["runs"][0]["processes"][0]["cpu_percent"] = -1
+    pathlib.Path("negative.compared.json").write_text(json.dumps(negative))
     executors = () if "--executors" in words else ("--executors", "single_threaded,events")
     shown, errors = run(*LONG, *executors, *words, status=2)
     check("in one line", len(errors.strip().split("\n")) == 1, errors)
