@@ -307,10 +307,8 @@ void Program::start() {
       overrides.participant = node->participant();
   }
   takt::SystemDescription description = *file_;
-  // What has started the program has chosen it; it goes to `takt top` and others.
-  constexpr std::size_t kMostOfName = 40;
-  description.name =
-      takt::printable(std::string_view(program_invocation_short_name).substr(0, kMostOfName));
+  // What has started the program has chosen it, and its beginning is enough for `takt top`.
+  description.name = takt::printable(std::string_view(program_invocation_short_name).substr(0, 40));
   const auto made = std::make_shared<takt::Container>(description, overrides);
   is_over_ = false;
   made->start([this] { on_failure(); });  // which waits for the mutex
