@@ -29,6 +29,25 @@ reached. It is made from the markers at the constants: `tools/check/limits.py > 
 What is not here is limited by the file or the code of a system: the `depth` of a topic, the loans of a publisher, the threads of an
 executor. Messages that a full queue drops are counted in the column `dropped`.
 """
+TAIL = """
+## What wakes an idle process
+
+Executors sleep until there is something to run: an idle process without DDS does not wake at all. With DDS:
+
+| what | thread | wake-ups a second |
+|---|---|---|
+| Cyclone says that the participant is there, and that it is alive: each within four fifths of the lease of 3 s | `tev` | 0.83 together |
+| each other process of Takt on the domain does so: its datagrams, their evaluation, and confirming that they came | `recv`, `dq.builtins`, `tev`, `gc` | 3 to 4 |
+| a process of ROS 2 on this machine does so every 8 s | `newcomers`, `recv`, `dq.builtins`, `tev`, `gc` | 1.5 |
+| a process of ROS 2 begins, or ends | the same | once |
+| an endpoint has a `deadline`, or a lease of its own | `tev` | one in each period |
+| a service that has requests of clients whose reader is not known yet | `tev` | 1000, until it is |
+| `/diagnostics`, while somebody subscribes | the container's own | 1 |
+| `/rosout` and the log | `log` | as lines are logged |
+| statistics, loans, parameters | none | 0 |
+
+[Why](../explanation/decisions/0145_newcomers_are_heard.md); `bench/footprint.py` measures it.
+"""
 PARTS = {
     "Files and commands": ("containers/configuration", "containers/model", "containers/planning", "containers/component", "recording", "measuring",
                            "components", "rclcpp", "tools", "analysis", "base/error", "base/library"),
@@ -91,7 +110,7 @@ def page(sources):
     parts = [HEAD]
     for part, lines in rows.items():
         parts.append(f"## {part}\n\n| limit | value | at it | seen by | constant |\n|---|---|---|---|---|\n" + "\n".join(lines) + "\n")
-    return "\n".join(parts)
+    return "\n".join([*parts, TAIL.lstrip("\n")])
 
 
 def main():

@@ -39,7 +39,12 @@ void log_sink(void*, const dds_log_data_t* data) {
   }
 }
 
-dds_entity_t join(const DdsOptions& options, std::uint64_t roudi) {
+struct Joined {
+  dds_entity_t handle;
+  int participant_index;
+};
+
+Joined join(const DdsOptions& options, std::uint64_t roudi) {
   check_room(roudi == 0 ? 0 : shared_memory_bytes());
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     const auto index = free_participant_index(options);
@@ -51,12 +56,13 @@ dds_entity_t join(const DdsOptions& options, std::uint64_t roudi) {
       kept->clear();  // another process was faster
       continue;
     }
-    return check_joined(handle, fmt::format("DDS domain {} could not be set up", options.domain),
-                        "check the network interfaces, and CYCLONEDDS_URI if it is set");
+    check_joined(handle, fmt::format("DDS domain {} could not be set up", options.domain),
+                 "check the network interfaces, and CYCLONEDDS_URI if it is set");
+    return {handle, *index};
   }
   throw Error(
       fmt::format("DDS domain {} is full: it has no port left for this process", options.domain),
-      "at most 119 processes of one machine can join a domain: choose another by "
+      "at most 115 processes of one machine can join a domain: choose another by "
       "`dds: {domain: N}`");
 }
 
@@ -107,7 +113,9 @@ Domain::Domain(const DdsOptions& options) : has_data_thread_(has_data_thread(opt
                               ? "switched off when this process joined the domain"
                           : options.security ? "what lies in shared memory is not secured"
                                              : why_not(roudi);
-  handle_ = join(options, why_no_shared_memory_.empty() ? roudi.identity : 0);
+  const Joined joined = join(options, why_no_shared_memory_.empty() ? roudi.identity : 0);
+  handle_ = joined.handle;
+  newcomers_.emplace(options.discovery, options.domain, joined.participant_index);
   if (why_no_shared_memory_.empty()) bound_exit();
   if (roudi.is_silent && options.shared_memory == SharedMemory::automatic) {
     log(LogLevel::warn, "{}; messages go by UDP", roudi.unusable);
@@ -117,6 +125,7 @@ Domain::Domain(const DdsOptions& options) : has_data_thread_(has_data_thread(opt
 }
 
 Domain::~Domain() {
+  newcomers_.reset();
   if (!has_data_thread_ || is_loopback_up()) {
     remove(handle_);
   } else {

@@ -4,11 +4,13 @@
 #define TAKT_TRANSPORT_DDS_DOMAIN_HPP_
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include <dds/dds.h>
 
+#include "takt/transport/dds/newcomers.hpp"
 #include "takt/transport/dds/participant.hpp"
 
 namespace takt {
@@ -52,6 +54,7 @@ class Domain {
   std::string why_no_shared_memory_;
   const bool has_data_thread_;
   dds_entity_t handle_;
+  std::optional<Newcomers> newcomers_;
 };
 
 }  // namespace takt

@@ -13,9 +13,7 @@ namespace takt {
 
 /// An index that no process of the machine uses on the domain; nullopt: there is none. A process
 /// has an index on each domain that it joins, and two ports by it. Those up to 32 are left to ROS
-/// 2, which starts no process without one, as long as there are others. But under `localhost` the
-/// first four processes take 31 to 28: processes of ROS 2 in its range LOCALHOST, and those
-/// elsewhere that name this machine as a peer, announce themselves to 0 to 31 only.
+/// 2, which starts no process without one, as long as there are others.
 std::optional<int> free_participant_index(const DdsOptions& options);
 
 /// Whether a thread of Cyclone's receives nothing but data. It needs no select() before each

@@ -2,7 +2,7 @@
 // (Jazzy) configures it. It publishes std_msgs/String on /NAME, and hears /OTHER.
 //   usage: ros2_peer RANGE NAME OTHER
 //   lines: ready: are both ends matched? | publish: a message | heard: how many messages |
-//   found: after how many ms another participant was found
+//   found NUMBER: after how many ms so many other participants were found
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 #include <iostream>
@@ -59,20 +59,21 @@ dds_entity_t must(dds_entity_t result, const char* what) {
   return result;
 }
 
-/// Another than its own, which is also in the list.
-double found_after(dds_entity_t participant, dds_time_t begin) {
+/// So many others than its own, which is also in the list.
+double found_after(dds_entity_t participant, dds_time_t begin, int others) {
   const dds_entity_t reader =
       must(dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr),
            "dds_create_reader");
-  constexpr int kTwo = 2;
-  void* samples[kTwo] = {};
-  dds_sample_info_t infos[kTwo];
-  while (dds_read(reader, samples, infos, kTwo, kTwo) < kTwo) {
-    if (samples[0] != nullptr) dds_return_loan(reader, samples, 1);
+  constexpr int kMost = 200;
+  void* samples[kMost] = {};
+  dds_sample_info_t infos[kMost];
+  for (;;) {
+    const dds_return_t found = dds_read(reader, samples, infos, kMost, kMost);
+    if (found > 0) dds_return_loan(reader, samples, found);
+    if (found > others) break;
     if (dds_time() - begin > DDS_SECS(20)) std::exit(1);
     dds_sleepfor(DDS_MSECS(1));
   }
-  dds_return_loan(reader, samples, kTwo);
   const auto after = static_cast<double>(dds_time() - begin) / 1e6;
   dds_delete(reader);
   return after;
@@ -112,8 +113,8 @@ int main(int, char** argv) {
       char text[] = "hello";
       const String message{text};
       std::cout << must(dds_write(writer, &message), "dds_write");
-    } else if (line == "found") {
-      std::cout << found_after(participant, begin);
+    } else if (line.starts_with("found ")) {
+      std::cout << found_after(participant, begin, std::atoi(line.c_str() + 6));
     } else if (line == "heard") {
       for (;;) {
         void* samples[1] = {nullptr};
