@@ -104,8 +104,7 @@ class HandGame {
   }
 
  private:
-  PoolPtr<HandPlayer::Message> pool_{Pool<HandPlayer::Message>::create(
-      16, [](std::uint32_t) { return std::make_unique<HandPlayer::Message>(); })};
+  PoolPtr<HandPlayer::Message> pool_{Pool<HandPlayer::Message>::create(16)};
   Inbox<HandPlayer> inbox_;
   std::atomic<std::size_t> sleepers_{0};
   std::atomic<bool> cancelled_{false};

@@ -65,7 +65,7 @@ void inbox(benchmark::State& state) {
 BENCHMARK(inbox);
 
 void pool(benchmark::State& state) {
-  auto* pool = Pool<Item>::create(16, [](std::uint32_t) { return std::make_unique<Item>(); });
+  auto* pool = Pool<Item>::create(16);
   measure(state, [&] {
     Item* item = pool->acquire();
     benchmark::DoNotOptimize(item);

@@ -131,8 +131,7 @@ class Bare final : public Stream {
   struct alignas(64) Block : PoolNode<Block> {
     Parcel parcel;
   };
-  PoolPtr<Block> pool_{
-      Pool<Block>::create(kInFlight, [](std::uint32_t) { return std::make_unique<Block>(); })};
+  PoolPtr<Block> pool_{Pool<Block>::create(kInFlight)};
   KeepLastRing<Block> ring_{kInFlight};
 };
 

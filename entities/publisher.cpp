@@ -23,11 +23,9 @@ PublisherBase::PublisherBase(const Endpoint& endpoint, Clock& clock, Nanoseconds
                   ? participant->create_writer(writer_.endpoint(), writer_.events())
                   : nullptr),
       expected_period_(expected_period),
-      wrappers_(
-          Pool<OwnedBlock>::create(qos().depth + 16 + kept(qos()),
-                                   [](std::uint32_t) { return std::make_unique<OwnedBlock>(); })),
+      wrappers_(Pool<OwnedBlock>::create(qos().depth + 16 + kept(qos()))),
       loans_(make_loans(loans == 0 ? 0 : loans + kept(qos()), maker, prototype)),
-      prototype_(remote_ != nullptr && has_loans() ? maker.loan(prototype) : nullptr) {
+      prototype_(remote_ != nullptr && has_loans() ? make_loan(maker, prototype) : nullptr) {
 }
 
 PublisherBase::~PublisherBase() {

@@ -18,8 +18,7 @@ class SubscriptionBase::ControlBlocks {
     alignas(std::max_align_t) std::array<std::byte, kBytes> bytes;
     bool from_heap = false;
   };
-  explicit ControlBlocks(std::size_t count)
-      : cells_(Pool<Cell>::create(count, [](std::uint32_t) { return std::make_unique<Cell>(); })) {}
+  explicit ControlBlocks(std::size_t count) : cells_(Pool<Cell>::create(count)) {}
 
   template <class U>
   struct Allocator {
@@ -64,7 +63,7 @@ SubscriptionBase::SubscriptionBase(EntityKind kind, const std::string& name,
       participant_(participant),
       maker_(memory.maker),
       decoded_(participant != nullptr && memory.maker != nullptr
-                   ? make_loans(memory.decoded, *memory.maker)
+                   ? make_loans_by_need(memory.decoded, *memory.maker)
                    : nullptr),
       control_blocks_(memory.shared != 0 ? std::make_unique<ControlBlocks>(memory.shared)
                                          : nullptr) {

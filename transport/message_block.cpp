@@ -35,8 +35,28 @@ void OwnedBlock::recycle() noexcept {
 
 PoolPtr<LoanedBlock> make_loans(std::size_t count, const MessageMaker& maker,
                                 const void* prototype) {
+  const auto make = [&maker, prototype](void* place, std::uint32_t) {
+    maker.loan(place, prototype);
+  };
+  return PoolPtr<LoanedBlock>(Pool<LoanedBlock>::create(count, make, count, maker.layout));
+}
+
+// As new would: so the pointer may delete it.
+std::unique_ptr<LoanedBlock> make_loan(const MessageMaker& maker, const void* prototype) {
+  const std::align_val_t alignment{maker.layout.alignment};
+  void* const place = ::operator new(maker.layout.bytes, alignment);
+  try {
+    return std::unique_ptr<LoanedBlock>(maker.loan(place, prototype));
+  } catch (...) {
+    ::operator delete(place, alignment);
+    throw;
+  }
+}
+
+PoolPtr<LoanedBlock> make_loans_by_need(std::size_t count, const MessageMaker& maker) {
+  const auto make = [&maker](void* place, std::uint32_t) { maker.loan(place, nullptr); };
   return PoolPtr<LoanedBlock>(
-      Pool<LoanedBlock>::create(count, [&](std::uint32_t) { return maker.loan(prototype); }));
+      Pool<LoanedBlock>::create(count, make, Pool<LoanedBlock>::kFirst, maker.layout));
 }
 
 void ReleasedMessages::recycle(MessageBlock* first) noexcept {

@@ -221,25 +221,31 @@ class OwnedBlock final : public MessageBlock, public PoolNode<OwnedBlock> {
 /// Makes messages of a type for those that do not know it.
 /// Thread safety: immutable.
 struct MessageMaker {
-  std::unique_ptr<LoanedBlock> (*loan)(const void* prototype);  // nullptr: a T{}
-  void* (*own)(OwnedBlock& block);                              // a new T{}, which it returns
+  Pool<LoanedBlock>::Layout layout;                          // of a loan
+  LoanedBlock* (*loan)(void* place, const void* prototype);  // nullptr: with a T{}
+  void* (*own)(OwnedBlock& block);                           // a new T{}, which it returns
 };
 template <class T>
-inline constexpr MessageMaker kMakerOf = {
-    [](const void* prototype) -> std::unique_ptr<LoanedBlock> {
-      if (prototype == nullptr) return std::make_unique<LoanOf<T>>();
-      return std::make_unique<LoanOf<T>>(*static_cast<const T*>(prototype));
-    },
-    [](OwnedBlock& block) -> void* {
-      auto message = std::make_unique<T>();
-      T* const address = message.get();
-      block.own(std::move(message));
-      return address;
-    }};
+inline constexpr MessageMaker kMakerOf = {{sizeof(LoanOf<T>), alignof(LoanOf<T>)},
+                                          [](void* place, const void* prototype) -> LoanedBlock* {
+                                            if (prototype == nullptr) return new (place) LoanOf<T>;
+                                            return new (place)
+                                                LoanOf<T>(*static_cast<const T*>(prototype));
+                                          },
+                                          [](OwnedBlock& block) -> void* {
+                                            auto message = std::make_unique<T>();
+                                            T* const address = message.get();
+                                            block.own(std::move(message));
+                                            return address;
+                                          }};
 
-/// So many loans, each as `prototype`.
+/// So many loans, each as `prototype`, all made at once.
 PoolPtr<LoanedBlock> make_loans(std::size_t count, const MessageMaker& maker,
                                 const void* prototype = nullptr);
+/// One of no pool.
+std::unique_ptr<LoanedBlock> make_loan(const MessageMaker& maker, const void* prototype);
+/// So many of T{}, as they are needed.
+PoolPtr<LoanedBlock> make_loans_by_need(std::size_t count, const MessageMaker& maker);
 
 }  // namespace takt
 

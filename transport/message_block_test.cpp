@@ -34,8 +34,7 @@ class MessageBlockTest : public testing::Test {
 
   Scan prototype_;
   PoolPtr<Loaned> loans_ = make_loans(1, kMakerOf<Scan>, &prototype_);
-  PoolPtr<Owned> wrappers_{
-      Pool<Owned>::create(1, [](std::uint32_t) { return std::make_unique<Owned>(); })};
+  PoolPtr<Owned> wrappers_{Pool<Owned>::create(1)};
 
  private:
   int alive_before_ = 0;

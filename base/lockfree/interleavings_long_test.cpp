@@ -222,9 +222,7 @@ struct Tool : PoolNode<Tool> {
 
 class PoolRun {
  public:
-  explicit PoolRun(std::size_t capacity)
-      : pool_(
-            Pool<Tool>::create(capacity, [](std::uint32_t) { return std::make_unique<Tool>(); })) {}
+  explicit PoolRun(std::size_t capacity) : pool_(Pool<Tool>::create(capacity, /*at_once=*/1)) {}
 
   /// A borrower that acquires for each 'a' and gives back what it has held longest for each 'r'.
   std::function<void()> borrower(const std::string& operations) {

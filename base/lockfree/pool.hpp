@@ -3,11 +3,14 @@
 #ifndef TAKT_BASE_LOCKFREE_POOL_HPP_
 #define TAKT_BASE_LOCKFREE_POOL_HPP_
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <new>
 #include <utility>
 
 #include "takt/base/prefetch.hpp"
@@ -15,8 +18,16 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// What does not depend on the type of a pool's objects: which of them, by their numbers, may be
-/// lent.
+/// What does not depend on the type of a pool's objects: their memory, and which of them, by their
+/// numbers, may be lent.
+///
+/// The memory of all objects is set aside at once, in one piece. The first ones are made at once,
+/// each of the others when it is first needed, in its place there: only when all that were made are
+/// out. So a pool for many messages at once takes the memory of as many as were out at once, and
+/// the kernel has given no page for the rest. The price is that the object's constructor, and a
+/// page fault (0.4 us a page), come when it is first lent, without a lock. `memory: lock` has all
+/// pages there from the beginning: then only the constructor is left. Where even that must not be,
+/// and where a constructor may allocate, all are made at once.
 ///
 /// Two free lists, because lender and returner are usually different threads: objects come back
 /// to one list, and are lent from the other; when that is empty, the two change roles. So the two
@@ -33,18 +44,36 @@ class PoolBase {
   PoolBase(const PoolBase&) = delete;
   PoolBase& operator=(const PoolBase&) = delete;
   std::size_t capacity() const noexcept { return capacity_; }
+  /// How many were needed at once so far, or were made at once.
+  std::size_t made() const noexcept { return made_.load(); }
   /// The owner's goodbye: frees the pool now, or some time after the last object has come home.
   void close() noexcept { sweep(this); }
 
  protected:
   static constexpr std::uint32_t kNone = UINT32_MAX;
 
-  explicit PoolBase(std::size_t capacity)  // all may be lent
-      : capacity_(capacity), next_(new std::atomic<std::uint32_t>[capacity]) {
+  PoolBase(std::size_t capacity, std::size_t bytes_each, std::size_t alignment)
+      : capacity_(capacity),
+        stride_((bytes_each + alignment - 1) / alignment * alignment),
+        alignment_{alignment},
+        objects_(::operator new(capacity*(stride_ + sizeof(Next)), alignment_)),
+        next_(reinterpret_cast<Next*>(static_cast<std::byte*>(objects_) + capacity * stride_)) {
     sweep(nullptr);
-    for (std::uint32_t i = 0; i < capacity; ++i) push(lists_[0], i);
   }
-  virtual ~PoolBase() = default;
+  virtual ~PoolBase() { ::operator delete(objects_, alignment_); }
+
+  void* place_of(std::uint32_t index) const noexcept {
+    return static_cast<std::byte*>(objects_) + index * stride_;
+  }
+  /// Before any is lent. Throws what `make` throws.
+  void make_at_once(std::uint32_t count) {
+    for (std::uint32_t index = 0; index < count; ++index) {
+      new (&next_[index]) Next(kNone);
+      make(index);
+      made_.store(index + 1);
+      push(lists_[0], index);
+    }
+  }
 
   /// kNone when all are out at the same time.
   std::uint32_t acquire_index() noexcept {
@@ -60,6 +89,21 @@ class PoolBase {
   }
 
  private:
+  using Next = std::atomic<std::uint32_t>;
+
+  /// Makes the object in its place.
+  virtual void make(std::uint32_t index) = 0;
+  /// kNone: all were made.
+  std::uint32_t make_next() noexcept {
+    std::uint32_t index = made_.load();
+    while (index < capacity_ && !made_.compare_exchange_weak(index, index + 1)) {
+    }
+    if (index == capacity_) return kNone;
+    new (&next_[index]) Next(kNone);
+    make(index);
+    return index;
+  }
+
   /// Frees this pool and others that are closed, or keeps them for later. From any thread, under a
   /// lock of its own.
   static void sweep(PoolBase* closed) noexcept;
@@ -96,6 +140,7 @@ class PoolBase {
   // does no harm.
   [[gnu::noinline]] std::uint32_t acquire_from_either() noexcept {
     for (;;) {
+      const bool all_are_made = made_.load() == capacity_;
       std::uint32_t from = lent_from_.load(std::memory_order_relaxed);
       const std::uint64_t head = lists_[from].head.load(std::memory_order_acquire);
       std::uint32_t index = pop(lists_[from]);
@@ -104,6 +149,10 @@ class PoolBase {
       if (index != kNone) {
         lent_from_.compare_exchange_strong(from, 1 - from, std::memory_order_relaxed);
         return index;
+      }
+      if (!all_are_made) {
+        if (index = make_next(); index != kNone) return index;
+        continue;
       }
       // If the first has not changed meanwhile, it was empty when the other one was, too.
       if (lists_[from].head.load(std::memory_order_acquire) == head) return kNone;
@@ -115,11 +164,14 @@ class PoolBase {
     for (List& list : lists_) {
       while (pop(list) != kNone) ++home_;
     }
-    return home_ == capacity_;
+    return home_ == made_.load();
   }
 
-  const std::size_t capacity_;
-  const std::unique_ptr<std::atomic<std::uint32_t>[]> next_;
+  const std::size_t capacity_, stride_;
+  const std::align_val_t alignment_;
+  void* const objects_;
+  Next* const next_;                         // behind the objects
+  std::atomic<std::uint32_t> made_{0};       // the first ones; their parts of `next_`, too
   std::atomic<std::uint32_t> lent_from_{0};  // objects come back to the other list
   std::size_t home_ = 0;                     // after close(): guarded by sweep
   std::array<List, 2> lists_;
@@ -137,19 +189,35 @@ class PoolNode {
   std::uint32_t index_ = 0;
 };
 
-/// Objects of T (derived from PoolNode<T>), made at once and never destroyed before all of them
-/// are home and the owner has said goodbye (`close`): an object that is still out when the owner
-/// goes keeps the pool alive.
-/// Thread safety and real-time: as PoolBase.
+/// Objects of T (derived from PoolNode<T>), never destroyed before all of them are home and the
+/// owner has said goodbye (`close`): an object that is still out when the owner goes keeps the pool
+/// alive. Thread safety and real-time: as PoolBase.
 template <class T>
 class Pool final : public PoolBase {
  public:
-  /// `make(i)` returns the i-th object. The owner must call close().
-  template <class Make>
-  static Pool* create(std::size_t capacity, Make&& make) {
-    auto objects = std::make_unique<std::unique_ptr<T>[]>(capacity);
-    for (std::uint32_t i = 0; i < capacity; ++i) objects[i] = make(i);
-    return new Pool(capacity, std::move(objects));
+  /// Makes the object with this number there: of T, or of a class whose first base T is.
+  using Make = std::function<void(void* place, std::uint32_t number)>;
+  struct Layout {
+    std::size_t bytes = sizeof(T), alignment = alignof(T);
+  };
+  /// The usual number to make at once.
+  static constexpr std::size_t kFirst = 4;
+
+  /// The owner must call close().
+  static Pool* create(std::size_t capacity, std::size_t at_once = kFirst) {
+    return create(
+        capacity, [](void* place, std::uint32_t) { new (place) T; }, at_once);
+  }
+  /// Of those that are not made at once, `make` must throw nothing and allocate nothing.
+  static Pool* create(std::size_t capacity, Make make, std::size_t at_once, Layout layout = {}) {
+    auto* const pool = new Pool(capacity, std::move(make), layout);
+    try {
+      pool->make_at_once(static_cast<std::uint32_t>(std::min(capacity, at_once)));
+    } catch (...) {
+      pool->close();
+      throw;
+    }
+    return pool;
   }
 
   /// nullptr when all are out.
@@ -158,9 +226,9 @@ class Pool final : public PoolBase {
     if (index == kNone) return nullptr;
     // Where another thread returns objects, it has the cache lines of the one to be lent next.
     if (const std::uint32_t next = next_of(index); next != kNone) {
-      prefetch_for_writing(objects_[next].get(), sizeof(T));
+      prefetch_for_writing(place_of(next), sizeof(T));
     }
-    return objects_[index].get();
+    return object(index);
   }
 
   /// Gives an object back to the pool it came from.
@@ -170,16 +238,23 @@ class Pool final : public PoolBase {
   }
 
  private:
-  Pool(std::size_t capacity, std::unique_ptr<std::unique_ptr<T>[]> objects)
-      : PoolBase(capacity), objects_(std::move(objects)) {
-    for (std::uint32_t i = 0; i < capacity; ++i) {
-      PoolNode<T>& node = *objects_[i];
-      node.pool_ = this;
-      node.index_ = i;
-    }
+  Pool(std::size_t capacity, Make make, Layout layout)
+      : PoolBase(capacity, layout.bytes, layout.alignment), make_(std::move(make)) {}
+  ~Pool() override {
+    for (std::uint32_t i = 0; i < made(); ++i) object(i)->~T();
   }
 
-  const std::unique_ptr<std::unique_ptr<T>[]> objects_;
+  void make(std::uint32_t index) override {
+    make_(place_of(index), index);
+    PoolNode<T>& node = *object(index);
+    node.pool_ = this;
+    node.index_ = index;
+  }
+  T* object(std::uint32_t index) const noexcept {
+    return std::launder(static_cast<T*>(place_of(index)));
+  }
+
+  const Make make_;
 };
 
 /// Says goodbye to a pool when its owner goes.

@@ -2,16 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/base/lockfree/pool.hpp"
 
+#include <array>
 #include <atomic>
 #include <cstdint>
+#include <fstream>
 #include <latch>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <set>
 #include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "takt/base/lockfree/inbox.hpp"
 #include "takt/base/realtime_scope.hpp"
@@ -33,18 +37,24 @@ struct Tool : PoolNode<Tool> {
   Tool* inbox_next = nullptr;
 };
 
+std::size_t resident_bytes() {
+  std::size_t all = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> all >> resident;
+  return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+}
+
 class PoolTest : public testing::Test {
  protected:
-  PoolPtr<Tool> make_pool(std::size_t capacity) {
+  PoolPtr<Tool> make_pool(std::size_t capacity, std::size_t at_once = SIZE_MAX) {
     return PoolPtr<Tool>(Pool<Tool>::create(
-        capacity, [this](std::uint32_t i) { return std::make_unique<Tool>(i, alive_); }));
+        capacity, [this](void* place, std::uint32_t i) { new (place) Tool(i, alive_); }, at_once));
   }
   /// Closed pools are looked through when another is made or closed, so that bringing an object
   /// home never frees anything.
   static void make_and_close_another_pool() {
     std::atomic<int> ignored{0};
-    PoolPtr<Tool>(
-        Pool<Tool>::create(0, [&](std::uint32_t i) { return std::make_unique<Tool>(i, ignored); }));
+    PoolPtr<Tool>(Pool<Tool>::create(
+        0, [&](void* place, std::uint32_t i) { new (place) Tool(i, ignored); }, 0));
   }
   static std::vector<Tool*> borrow_all(Pool<Tool>& pool) {
     std::vector<Tool*> tools;
@@ -60,6 +70,48 @@ TEST_F(PoolTest, MakesAllObjectsAtOnceAndDestroysThemWithTheOwner) {
   EXPECT_EQ(pool->capacity(), 3u);
   EXPECT_EQ(alive_, 3);
   pool.reset();
+  EXPECT_EQ(alive_, 0);
+}
+
+// A pool for a thousand messages took the memory of a thousand, though two were out at once.
+TEST_F(PoolTest, MakesNoMoreObjectsThanAreOutAtOnce) {
+  PoolPtr<Tool> pool = make_pool(1000, /*at_once=*/1);
+  EXPECT_EQ(alive_, 1);
+  for (int i = 0; i < 10; ++i) {
+    Tool* const first = pool->acquire();
+    Tool* const second = pool->acquire();
+    EXPECT_NE(first, second);
+    Pool<Tool>::recycle(*first);
+    Pool<Tool>::recycle(*second);
+  }
+  EXPECT_EQ(alive_, 2);
+  EXPECT_EQ(pool->made(), 2u);
+  const std::vector<Tool*> tools = borrow_all(*pool);
+  EXPECT_EQ(tools.size(), 1000u);
+  EXPECT_EQ((std::set<Tool*>(tools.begin(), tools.end()).size()), 1000u);
+  EXPECT_EQ(alive_, 1000);
+  for (Tool* tool : tools) Pool<Tool>::recycle(*tool);
+  pool.reset();
+  EXPECT_EQ(alive_, 0);
+}
+
+TEST_F(PoolTest, SetsMemoryAsideAndTouchesItWhenItIsNeeded) {
+  struct Page : PoolNode<Page> {
+    std::array<std::byte, 64 * 1024> bytes;  // not initialised
+  };
+  constexpr std::size_t kPages = 1000;
+  const std::size_t before = resident_bytes();
+  const PoolPtr<Page> pool(Pool<Page>::create(kPages));
+  EXPECT_LT(resident_bytes(), before + kPages * sizeof(Page) / 4);
+}
+
+TEST_F(PoolTest, ThrowsWhatMakingAnObjectThrows) {
+  const auto make = [this](void* place, std::uint32_t number) {
+    if (number == 2) throw std::bad_alloc();
+    new (place) Tool(number, alive_);
+  };
+  EXPECT_THROW(Pool<Tool>::create(3, make, 3), std::bad_alloc);
+  make_and_close_another_pool();
   EXPECT_EQ(alive_, 0);
 }
 
@@ -244,11 +296,11 @@ struct Box : PoolNode<Box> {
 
 // Pools were freed under the lock that closing a pool takes: one whose objects own another hung.
 TEST_F(PoolTest, MayHaveObjectsThatOwnPools) {
-  PoolPtr<Box> boxes(Pool<Box>::create(2, [this](std::uint32_t) {
-    auto box = std::make_unique<Box>();
+  const auto make = [this](void* place, std::uint32_t) {
+    auto* const box = new (place) Box;
     box->tools = make_pool(3);
-    return box;
-  }));
+  };
+  PoolPtr<Box> boxes(Pool<Box>::create(2, make, 2));
   EXPECT_EQ(alive_, 6);
   boxes.reset();
   EXPECT_EQ(alive_, 0);

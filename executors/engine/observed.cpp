@@ -34,8 +34,10 @@ Observed::Observed(std::shared_ptr<Entity> of, const Node& its_node,
   supervision->on_deadline_miss = parameters.on_deadline_miss;
   supervision->on_overrun = parameters.on_overrun;
   if (!records_times) return;
-  times = std::make_unique<CallbackTimes>();  // now, as nothing is allocated when they are filled
-  if (has_message_times(entity->kind())) message_times = std::make_unique<MessageTimes>();
+  times = std::make_unique<SetAside<CallbackTimes>>();
+  if (has_message_times(entity->kind())) {
+    message_times = std::make_unique<SetAside<MessageTimes>>();
+  }
 }
 
 void Observed::begin_counting() noexcept {
@@ -54,13 +56,15 @@ void Observed::end_counting() noexcept {
 // T, late is more than min(20 % T, 5 ms), too late more than min(T, 50 ms).
 void Observed::record_times(const Slot& slot, const ExecutionTimes& at,
                             LatencySlices* slices) noexcept {
-  times->execution.record(at.end - at.start);
+  CallbackTimes& all = times->get();
+  all.execution.record(at.end - at.start);
   if (slot.ready_time == TimePoint{}) return;  // sent before any reader needed its time
   const Nanoseconds latency = at.start - slot.ready_time;
-  times->latency.record(latency);
-  if (MessageTimes* const parts = message_times.get(); parts != nullptr) {
-    parts->waiting.record(at.picked - slot.ready_time);
-    parts->take.record(at.start - at.picked);
+  all.latency.record(latency);
+  if (message_times != nullptr) {
+    MessageTimes& parts = message_times->get();
+    parts.waiting.record(at.picked - slot.ready_time);
+    parts.take.record(at.start - at.picked);
     if (slices != nullptr) slices->record(at.start, latency);
   }
   const Nanoseconds period = slot.expected_period;
@@ -210,9 +214,11 @@ CallbackStatistics Observed::statistics(const Entity::Counts& counted) const {
   }
   statistics.deadline_misses = counts.deadline_misses;
   statistics.overruns = counts.overruns;
-  if (times != nullptr) static_cast<CallbackTimes&>(statistics) = *times;
-  if (message_times != nullptr) {
-    static_cast<MessageTimes&>(statistics) = *message_times;
+  if (const auto* made = times != nullptr ? times->made() : nullptr) {
+    static_cast<CallbackTimes&>(statistics) = *made;
+  }
+  if (const auto* made = message_times != nullptr ? message_times->made() : nullptr) {
+    static_cast<MessageTimes&>(statistics) = *made;
   }
   statistics.node = node;
   statistics.group = group->name();

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "takt/base/counter.hpp"
+#include "takt/base/set_aside.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/executors/engine/dispatch_lock.hpp"
 #include "takt/executors/executor.hpp"
@@ -115,8 +116,8 @@ struct Observed {
   std::shared_ptr<Supervision> supervision;
   std::string node;
   // Where statistics are full; the second one of what takes messages. Control threads copy them.
-  std::unique_ptr<CallbackTimes> times;
-  std::unique_ptr<MessageTimes> message_times;
+  std::unique_ptr<SetAside<CallbackTimes>> times;
+  std::unique_ptr<SetAside<MessageTimes>> message_times;
 
   // What the entity had counted when its former executors gave it back, and when this one did.
   Entity::Counts counted_before, counted_in_the_end;

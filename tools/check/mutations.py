@@ -38,7 +38,7 @@ BOUNDS = ("analysis_test", "/usr/bin/env", "TAKT_RANDOM_SYSTEMS=2000", "{bin}/an
 
 # What is wrong: file, what stands there, what stands there instead, the test that must fail.
 MUTATIONS = {
-    "latency times 10": (OBSERVED, "‹times->latency.record(latency);›", "times->latency.record(10 * latency);",
+    "latency times 10": (OBSERVED, "‹all.latency.record(latency);›", "all.latency.record(10 * latency);",
                          STATISTICS),
     "latency ends with the callback before": (
         OBSERVED, "const Nanoseconds latency = «at.start - slot.ready_time»;", "at.picked - slot.ready_time", STATISTICS),
@@ -152,8 +152,8 @@ MUTATIONS |= {
     f"one of a hundred not recorded: {time}": (OBSERVED, f"‹{time}.record({value});›",
                                                f"if (counts.executions % 100 != 0) {time}.record({value});",
                                                STATISTICS)
-    for time, value in (("times->latency", "latency"), ("parts->waiting", "at.picked - slot.ready_time"),
-                        ("parts->take", "at.start - at.picked"), ("times->execution", "at.end - at.start"))
+    for time, value in (("all.latency", "latency"), ("parts.waiting", "at.picked - slot.ready_time"),
+                        ("parts.take", "at.start - at.picked"), ("all.execution", "at.end - at.start"))
 }
 
 

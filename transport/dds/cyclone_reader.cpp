@@ -23,9 +23,7 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
         reader_(reader),
         clocks_(participant.clocks_are_synchronized()),
         most_held_(shared_messages_held(endpoint_.qos.depth)),
-        blocks_(Pool<ReceivedBlock>::create(endpoint_.qos.depth + 8, [](std::uint32_t) {
-          return std::make_unique<ReceivedBlock>();
-        })) {
+        blocks_(Pool<ReceivedBlock>::create(endpoint_.qos.depth + 8)) {
     const Listener listener(dds_create_listener(this), &dds_delete_listener);
     dds_lset_subscription_matched(
         listener.get(),

@@ -249,8 +249,7 @@ const ddsi_sertype_ops kSertypeOps{.version = ddsi_sertype_v0,
 Sertype::Sertype(const MessageType& message_type, bool in_shared_memory)
     : ddsi_sertype{},
       message(message_type),
-      pool(Pool<Serdata>::create(kPooled,
-                                 [](std::uint32_t) { return std::make_unique<Serdata>(); })),
+      pool(Pool<Serdata>::create(kPooled)),
       most_each_(is_of_service(message.name) ? kMostOfServices : SIZE_MAX),
       most_in_all_(is_of_service(message.name) ? kMostOfServices : kMostReceived) {
   ddsi_sertype_init_flags(

@@ -42,9 +42,7 @@ class CycloneWriter final : public CycloneEndpoint {
                 std::shared_ptr<EndpointEvents> events)
       : CycloneEndpoint(participant, endpoint, true),
         events_(std::move(events)),
-        lent_(Pool<LentBlock>::create(is_shared() ? kMostLent : 0, [](std::uint32_t) {
-          return std::make_unique<LentBlock>();
-        })) {
+        lent_(Pool<LentBlock>::create(is_shared() ? kMostLent : 0)) {
     const Listener listener(dds_create_listener(this), &dds_delete_listener);
     dds_lset_publication_matched(
         listener.get(),
