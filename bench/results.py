@@ -5,7 +5,8 @@ usage: results.py measure [PART...]  measures into docs/results/DATE, 40 minutes
                                      (PART: only these again, of the newest date, while the code is the same;
                                      bounds: into docs/results/bounds, 13 minutes;
                                      threads [PIECE...]: into docs/results/threads, 7 minutes;
-                                     robot: into docs/results/robot, 2 minutes)
+                                     robot: into docs/results/robot, 2 minutes;
+                                     footprint: into docs/results/footprint, 3 minutes, as root)
        results.py write              makes docs/results/DATE.md, bounds.md, threads.md and the README's figures from
                                      that data; its picture, too, where that shows other data
        results.py check              exit status 1 if they are not what the data gives
@@ -24,6 +25,7 @@ import subprocess
 import sys
 
 import bounds
+import footprint
 import paper
 import robot
 import threads
@@ -104,6 +106,25 @@ def measure_robot():
     keep_with_report("robot", {"date": str(datetime.date.today()), "commit": git("rev-parse", "HEAD"), **kept}, drawn)
 
 
+def measure_footprint():
+    """What was before stays: it is the state with which the page compares."""
+    folder = ROOT / "docs/results/footprint"
+    path = folder / "footprint.json"
+    document = {"date": str(datetime.date.today()), "commit": git("rev-parse", "HEAD"), "machine": about_now()["machine"],
+                **footprint.measure(ROOT / "build/release/bin")}
+    document["before"] = read_json(path)["before"] if path.exists() else {
+        key: document[key] for key in ("commit", "memory_mb", "idle")}
+    folder.mkdir(exist_ok=True)
+    path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
+def about_now():
+    run_file = str(ROOT / "build/release/threads.json")
+    subprocess.run([ROOT / "build/release/bin/takt", "run", ROOT / "examples/03_robot/robot.yaml", "--duration", "100ms",
+                    "--json", run_file], stdout=subprocess.DEVNULL, check=True)
+    return json.loads(pathlib.Path(run_file).read_text(encoding="utf-8"))
+
+
 def measure_threads(wanted):
     """All pieces, or only these again, while the code is the same."""
     if not set(wanted) <= set(threads.PIECES):
@@ -114,10 +135,7 @@ def measure_threads(wanted):
         if code_is_newer(ROOT, document["commit"]):
             sys.exit("the code has changed since docs/results/threads: measure all pieces")
     document["pieces"].update(threads.measure(ROOT / "build/release/bin", wanted or threads.PIECES))
-    run_file = str(ROOT / "build/release/threads.json")
-    subprocess.run([ROOT / "build/release/bin/takt", "run", ROOT / "examples/03_robot/robot.yaml", "--duration", "100ms",
-                    "--json", run_file], stdout=subprocess.DEVNULL, check=True)
-    about = json.loads(pathlib.Path(run_file).read_text(encoding="utf-8"))
+    about = about_now()
     document |= {"date": str(datetime.date.today()), "takt": about["takt"], "machine": about["machine"]}
     keep_with_report("threads", document, {**document, "experiments": threads.experiments(document["pieces"])})
 
@@ -131,10 +149,12 @@ def measure(wanted):
         return measure_bounds()
     if wanted == ["robot"]:
         return measure_robot()
+    if wanted == ["footprint"]:
+        return measure_footprint()
     if wanted[:1] == ["threads"]:
         return measure_threads(wanted[1:])
     if not set(wanted) <= set(parts):
-        sys.exit(f"a part is one of: {' '.join(parts)}, or bounds, robot or threads alone")
+        sys.exit(f"a part is one of: {' '.join(parts)}, or bounds, robot, footprint or threads alone")
     if wanted:
         date, data = newest(ROOT)
         about = data["about"]
@@ -315,6 +335,16 @@ def threads_page(document, is_older):
         threads.section(document, table)]) + "\n"
 
 
+def footprint_page(document, is_older):
+    return "\n\n".join([
+        first_line(document["commit"], is_older), "# Memory of processes and nodes, and what an idle process costs",
+        footprint.what_follows(document),
+        f"Measured on {document['date']} on {machine_of(document['machine'])}, a virtual machine that shares its host; before: at commit "
+        f"{document['before']['commit'][:9]}, the same day. Made by `./dev results footprint` from "
+        "[the data](footprint/footprint.json).",
+        footprint.section(document, table)]) + "\n"
+
+
 def with_figures(readme, root):
     """The README with its figures between their marks."""
     date, data = newest(root)
@@ -364,7 +394,7 @@ def pages(root):
     """Each page: its path, the commit that it measures, and its text as a function of whether the code is newer."""
     date, data = newest(root)
     yield root / f"docs/results/{date}.md", data["about"]["commit"], functools.partial(page, date, data)
-    for name, page_of in (("bounds", bounds_page), ("threads", threads_page)):
+    for name, page_of in (("bounds", bounds_page), ("threads", threads_page), ("footprint", footprint_page)):
         path = root / f"docs/results/{name}/{name}.json"
         if path.exists():
             document = json.loads(path.read_text(encoding="utf-8"))

@@ -125,6 +125,20 @@ std::string element_type(const wire::FieldType& type) {
   }
 }
 
+// By the functions that OpenSSL calls old: those in their place first load its providers, two
+// megabytes of a process.
+std::array<unsigned char, SHA256_DIGEST_LENGTH> sha256(const std::string& text) {
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+  SHA256_CTX state;
+  SHA256_Init(&state);
+  SHA256_Update(&state, text.data(), text.size());
+  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
+  SHA256_Final(digest.data(), &state);
+#pragma GCC diagnostic pop
+  return digest;
+}
+
 }  // namespace
 
 std::optional<TypeDescription> describe(const MessageType& type) {
@@ -179,9 +193,7 @@ std::string type_hash(const TypeDescription& description) {
     text += std::exchange(separator, ", ") + json(other);
   }
   text += "]}";
-  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
-  SHA256(reinterpret_cast<const unsigned char*>(text.data()), text.size(), digest.data());
-  return fmt::format("RIHS01_{:02x}", fmt::join(digest, ""));
+  return fmt::format("RIHS01_{:02x}", fmt::join(sha256(text), ""));
 }
 
 std::string type_hash(const MessageType& type) {

@@ -169,11 +169,11 @@ class Topics {
   static void hand_over(const IntraProcessWriter::History& history, IntraProcessReader& late,
                         ReleasedMessages& released) {
     const ReadSection section;
-    const std::size_t depth = history.messages.size();
+    const std::size_t depth =
+        history.messages.size();  // or fewer, of which the first is the oldest
     const std::size_t count = std::min(depth, late.endpoint().qos.depth);
     for (std::size_t i = depth - count; i < depth; ++i) {
       MessageBlock* message = history.messages[(history.next + i) % depth];
-      if (message == nullptr) continue;  // fewer were sent
       message->retain();
       late.deliver(*message, {message->envelope.sequence, message->envelope.ready_time}, released);
     }
@@ -267,7 +267,7 @@ IntraProcessWriter::IntraProcessWriter(Endpoint endpoint, Clock& clock)
                     endpoint_.qos.lifespan_duration != Nanoseconds::zero() ||
                     endpoint_.qos.deadline_period != Nanoseconds::zero()),
       table_(new Table) {
-  if (history_ != nullptr) history_->messages.resize(endpoint_.qos.depth);
+  if (history_ != nullptr) history_->messages.reserve(endpoint_.qos.depth);
   try {
     Topics::instance().add(*this);
   } catch (...) {
@@ -280,9 +280,7 @@ IntraProcessWriter::~IntraProcessWriter() {
   Topics::instance().remove(*this);
   delete table_.load();
   if (history_ == nullptr) return;
-  for (MessageBlock* message : history_->messages) {
-    if (message != nullptr) message->release();
-  }
+  for (MessageBlock* message : history_->messages) message->release();
 }
 
 void IntraProcessWriter::write(MessageBlock& message, TimePoint published,
@@ -314,10 +312,12 @@ void IntraProcessWriter::send_by_policies(MessageBlock& message, TimePoint publi
   const std::lock_guard lock(history_->mutex);
   message.envelope.sequence = next_sequence();  // there may be no reader yet
   message.envelope.ready_time = now;
-  if (MessageBlock* oldest = std::exchange(history_->messages[history_->next], &message)) {
-    released.release(*oldest);
+  if (auto& kept_before = history_->messages; kept_before.size() < endpoint_.qos.depth) {
+    kept_before.push_back(&message);  // has its memory
+  } else {
+    released.release(*std::exchange(kept_before[history_->next], &message));
+    history_->next = (history_->next + 1) % kept_before.size();
   }
-  history_->next = (history_->next + 1) % history_->messages.size();
   send(message, now, kept + 1, released);
 }
 

@@ -177,7 +177,7 @@ class IntraProcessWriter {
   /// The last messages.
   struct History {
     PiMutex mutex;  // a publication is in the history and in the table's rings, or in none
-    std::vector<MessageBlock*> messages;  // a ring of `depth`
+    std::vector<MessageBlock*> messages;  // once there are `depth`, a ring
     std::size_t next = 0;                 // where the oldest is, once it is full
   };
 

@@ -55,8 +55,7 @@ std::unique_ptr<LoanedBlock> make_loan(const MessageMaker& maker, const void* pr
 
 PoolPtr<LoanedBlock> make_loans_by_need(std::size_t count, const MessageMaker& maker) {
   const auto make = [&maker](void* place, std::uint32_t) { maker.loan(place, nullptr); };
-  return PoolPtr<LoanedBlock>(
-      Pool<LoanedBlock>::create(count, make, Pool<LoanedBlock>::kFirst, maker.layout));
+  return PoolPtr<LoanedBlock>(Pool<LoanedBlock>::create(count, make, /*at_once=*/0, maker.layout));
 }
 
 void ReleasedMessages::recycle(MessageBlock* first) noexcept {

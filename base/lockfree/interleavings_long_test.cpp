@@ -17,7 +17,13 @@
 
 namespace takt_explored {
 
-// The other half of pool.hpp, which is not explored.
+// The other half of pool.hpp, which is not explored, and its memory.
+void* set_aside(std::size_t bytes, std::size_t alignment) {
+  return ::operator new(bytes, std::align_val_t(alignment));
+}
+void give_back(void* memory, std::size_t, std::size_t alignment) noexcept {
+  ::operator delete(memory, std::align_val_t(alignment));
+}
 void PoolBase::sweep(PoolBase* closed) noexcept {
   if (closed != nullptr && closed->all_home()) delete closed;
 }

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "takt/base/prefetch.hpp"
+#include "takt/base/set_aside.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_PUBLIC takt {
@@ -21,13 +22,10 @@ namespace TAKT_PUBLIC takt {
 /// What does not depend on the type of a pool's objects: their memory, and which of them, by their
 /// numbers, may be lent.
 ///
-/// The memory of all objects is set aside at once, in one piece. The first ones are made at once,
-/// each of the others when it is first needed, in its place there: only when all that were made are
-/// out. So a pool for many messages at once takes the memory of as many as were out at once, and
-/// the kernel has given no page for the rest. The price is that the object's constructor, and a
-/// page fault (0.4 us a page), come when it is first lent, without a lock. `memory: lock` has all
-/// pages there from the beginning: then only the constructor is left. Where even that must not be,
-/// and where a constructor may allocate, all are made at once.
+/// The memory of all objects is set aside at once (set_aside.hpp), in one piece. Each is made when
+/// it is first needed, in its place there: only when all that were made are out. So a pool for many
+/// messages takes the memory of as many as were out at once. Where a constructor may allocate, or
+/// pages must not come later, all are made at once.
 ///
 /// Two free lists, because lender and returner are usually different threads: objects come back
 /// to one list, and are lent from the other; when that is empty, the two change roles. So the two
@@ -55,12 +53,12 @@ class PoolBase {
   PoolBase(std::size_t capacity, std::size_t bytes_each, std::size_t alignment)
       : capacity_(capacity),
         stride_((bytes_each + alignment - 1) / alignment * alignment),
-        alignment_{alignment},
-        objects_(::operator new(capacity*(stride_ + sizeof(Next)), alignment_)),
+        alignment_(alignment),
+        objects_(set_aside(capacity * (stride_ + sizeof(Next)), alignment)),
         next_(reinterpret_cast<Next*>(static_cast<std::byte*>(objects_) + capacity * stride_)) {
     sweep(nullptr);
   }
-  virtual ~PoolBase() { ::operator delete(objects_, alignment_); }
+  virtual ~PoolBase() { give_back(objects_, capacity_ * (stride_ + sizeof(Next)), alignment_); }
 
   void* place_of(std::uint32_t index) const noexcept {
     return static_cast<std::byte*>(objects_) + index * stride_;
@@ -167,8 +165,7 @@ class PoolBase {
     return home_ == made_.load();
   }
 
-  const std::size_t capacity_, stride_;
-  const std::align_val_t alignment_;
+  const std::size_t capacity_, stride_, alignment_;
   void* const objects_;
   Next* const next_;                         // behind the objects
   std::atomic<std::uint32_t> made_{0};       // the first ones; their parts of `next_`, too
@@ -200,11 +197,8 @@ class Pool final : public PoolBase {
   struct Layout {
     std::size_t bytes = sizeof(T), alignment = alignof(T);
   };
-  /// The usual number to make at once.
-  static constexpr std::size_t kFirst = 4;
-
   /// The owner must call close().
-  static Pool* create(std::size_t capacity, std::size_t at_once = kFirst) {
+  static Pool* create(std::size_t capacity, std::size_t at_once = 0) {
     return create(
         capacity, [](void* place, std::uint32_t) { new (place) T; }, at_once);
   }

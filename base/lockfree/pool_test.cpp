@@ -2,10 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/base/lockfree/pool.hpp"
 
-#include <array>
 #include <atomic>
 #include <cstdint>
-#include <fstream>
 #include <latch>
 #include <memory>
 #include <mutex>
@@ -15,7 +13,6 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "takt/base/lockfree/inbox.hpp"
 #include "takt/base/realtime_scope.hpp"
@@ -36,12 +33,6 @@ struct Tool : PoolNode<Tool> {
   int wear = 0;  // not atomic: the pool orders one borrower after another
   Tool* inbox_next = nullptr;
 };
-
-std::size_t resident_bytes() {
-  std::size_t all = 0, resident = 0;
-  std::ifstream("/proc/self/statm") >> all >> resident;
-  return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-}
 
 class PoolTest : public testing::Test {
  protected:
@@ -93,16 +84,6 @@ TEST_F(PoolTest, MakesNoMoreObjectsThanAreOutAtOnce) {
   for (Tool* tool : tools) Pool<Tool>::recycle(*tool);
   pool.reset();
   EXPECT_EQ(alive_, 0);
-}
-
-TEST_F(PoolTest, SetsMemoryAsideAndTouchesItWhenItIsNeeded) {
-  struct Page : PoolNode<Page> {
-    std::array<std::byte, 64 * 1024> bytes;  // not initialised
-  };
-  constexpr std::size_t kPages = 1000;
-  const std::size_t before = resident_bytes();
-  const PoolPtr<Page> pool(Pool<Page>::create(kPages));
-  EXPECT_LT(resident_bytes(), before + kPages * sizeof(Page) / 4);
 }
 
 TEST_F(PoolTest, ThrowsWhatMakingAnObjectThrows) {

@@ -39,6 +39,7 @@ Executors sleep until there is something to run: an idle process without DDS doe
 | Cyclone says that the participant is there, and that it is alive: each within four fifths of the lease of 3 s | `tev` | 0.83 together |
 | each other process of Takt on the domain does so: its datagrams, their evaluation, and confirming that they came | `recv`, `dq.builtins`, `tev`, `gc` | 3 to 4 |
 | a process of ROS 2 on this machine does so every 8 s | `newcomers`, `recv`, `dq.builtins`, `tev`, `gc` | 1.5 |
+| shared memory, where iox-roudi runs: iceoryx's sign of life | `KeepAlive` | 3.3 |
 | a process of ROS 2 begins, or ends | the same | once |
 | an endpoint has a `deadline`, or a lease of its own | `tev` | one in each period |
 | a service that has requests of clients whose reader is not known yet | `tev` | 1000, until it is |

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/base/set_aside.hpp"
+
+#include <algorithm>
+#include <memory_resource>
+#include <mutex>
+
+#include <sys/mman.h>
+
+#include "takt/base/never_destroyed.hpp"
+
+namespace takt {
+namespace {
+
+// A larger piece has a mapping of its own, and goes back to the kernel.
+constexpr std::size_t kLargest = 64 * 1024;
+// Notes about pieces, and the first of a size, come from the heap.
+constexpr std::size_t kSmallest = 16 * 1024;
+
+class Mappings final : public std::pmr::memory_resource {
+  void* do_allocate(std::size_t bytes, std::size_t alignment) override {
+    if (bytes < kSmallest) return ::operator new(bytes, std::align_val_t(alignment));
+    void* const memory =
+        mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) throw std::bad_alloc();
+    madvise(memory, bytes, MADV_NOHUGEPAGE);  // or one touch takes 2 MB
+    return memory;
+  }
+  void do_deallocate(void* memory, std::size_t bytes, std::size_t alignment) override {
+    if (bytes < kSmallest) return ::operator delete(memory, std::align_val_t(alignment));
+    munmap(memory, bytes);
+  }
+  bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override {
+    return this == &other;
+  }
+};
+
+struct Memory {
+  Mappings mappings;
+  std::mutex mutex;
+  // Its notes lie behind the pieces, not in them.
+  std::pmr::unsynchronized_pool_resource pieces{
+      {.max_blocks_per_chunk = 256, .largest_required_pool_block = kLargest}, &mappings};
+};
+
+// The sizes of pieces keep an alignment that divides them.
+std::size_t size_of_piece(std::size_t bytes, std::size_t alignment) noexcept {
+  return (std::max<std::size_t>(bytes, 1) + alignment - 1) / alignment * alignment;
+}
+
+Memory& memory() {
+  static detail::NeverDestroyed<Memory> memory;  // pools are closed by static objects, too
+  return *memory;
+}
+
+}  // namespace
+
+void* set_aside(std::size_t bytes, std::size_t alignment) {
+  Memory& all = memory();
+  const std::lock_guard lock(all.mutex);
+  return all.pieces.allocate(size_of_piece(bytes, alignment), alignment);
+}
+
+void give_back(void* place, std::size_t bytes, std::size_t alignment) noexcept {
+  Memory& all = memory();
+  const std::lock_guard lock(all.mutex);
+  all.pieces.deallocate(place, size_of_piece(bytes, alignment), alignment);
+}
+
+}  // namespace takt
