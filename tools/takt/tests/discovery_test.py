@@ -124,7 +124,7 @@ for takt_range, ranges in (("LOCALHOST", ("LOCALHOST", "SUBNET")), ("SUBNET", ("
     check(f"10 processes of Takt start in the range {takt_range}", all(peer.ask("ready") == "0" for peer in crowd))
     for ros2_range in ranges:
         newcomer = Peer(left, ros2_peer, ros2_range, "ros2", "takt")
-        check(f"a newcomer in the range {ros2_range} finds all at once", newcomer.ask("found 10") != "")
+        check(f"a newcomer in the range {ros2_range} knows all nodes at once", newcomer.ask("nodes 10") != "")
         newcomer.close()
     close(crowd)
 

@@ -2,10 +2,11 @@
 // (Jazzy) configures it. It publishes std_msgs/String on /NAME, and hears /OTHER.
 //   usage: ros2_peer RANGE NAME OTHER
 //   lines: ready: are both ends matched? | publish: a message | heard: how many messages |
-//   found NUMBER: after how many ms so many other participants were found
+//   nodes NUMBER: after how many ms the nodes of so many other processes were known
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 #include <iostream>
+#include <set>
 #include <sstream>
 #include <string>
 
@@ -59,24 +60,52 @@ dds_entity_t must(dds_entity_t result, const char* what) {
   return result;
 }
 
-/// So many others than its own, which is also in the list.
-double found_after(dds_entity_t participant, dds_time_t begin, int others) {
-  const dds_entity_t reader =
-      must(dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr),
-           "dds_create_reader");
-  constexpr int kMost = 200;
-  void* samples[kMost] = {};
-  dds_sample_info_t infos[kMost];
-  for (;;) {
-    const dds_return_t found = dds_read(reader, samples, infos, kMost, kMost);
-    if (found > 0) dds_return_loan(reader, samples, found);
-    if (found > others) break;
+/// The nodes of a process: only its GUID is looked at.
+struct Nodes {
+  std::uint8_t gid[16];
+};
+constexpr std::uint32_t kNodesOperations[] = {static_cast<std::uint32_t>(DDS_OP_ADR) |
+                                                  static_cast<std::uint32_t>(DDS_OP_TYPE_ARR) |
+                                                  static_cast<std::uint32_t>(DDS_OP_SUBTYPE_1BY),
+                                              0, 16, DDS_OP_RTS};
+constexpr dds_topic_descriptor_t kNodes{
+    .m_size = sizeof(Nodes),
+    .m_align = alignof(Nodes),
+    .m_typename = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_",
+    .m_nops = 2,
+    .m_ops = kNodesOperations};
+
+/// Made with the participant, as rmw does.
+dds_entity_t make_reader_of_nodes(dds_entity_t participant) {
+  dds_qos_t* qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
+  dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, DDS_LENGTH_UNLIMITED);
+  const dds_entity_t topic =
+      must(dds_create_topic(participant, &kNodes, "ros_discovery_info", nullptr, nullptr),
+           "the topic of nodes");
+  const dds_entity_t reader = must(dds_create_reader(participant, topic, qos, nullptr), "nodes");
+  dds_delete_qos(qos);
+  return reader;
+}
+
+/// After how many ms the nodes of so many processes were known.
+double nodes_known_after(dds_entity_t reader, dds_time_t begin, std::size_t processes) {
+  std::set<std::string> known;
+  while (known.size() < processes) {
+    void* samples[1] = {nullptr};
+    dds_sample_info_t info;
+    if (dds_take(reader, samples, &info, 1, 1) > 0) {
+      if (info.valid_data) {
+        known.emplace(reinterpret_cast<const char*>(static_cast<Nodes*>(samples[0])->gid), 16);
+      }
+      dds_return_loan(reader, samples, 1);
+      continue;
+    }
     if (dds_time() - begin > DDS_SECS(20)) std::exit(1);
     dds_sleepfor(DDS_MSECS(1));
   }
-  const auto after = static_cast<double>(dds_time() - begin) / 1e6;
-  dds_delete(reader);
-  return after;
+  return static_cast<double>(dds_time() - begin) / 1e6;
 }
 
 }  // namespace
@@ -89,6 +118,7 @@ int main(int, char** argv) {
   const dds_time_t begin = dds_time();
   const dds_entity_t participant =
       must(dds_create_participant(domain, nullptr, nullptr), "dds_create_participant");
+  const dds_entity_t nodes = make_reader_of_nodes(participant);
   const auto topic = [&](const char* name) {
     return must(dds_create_topic(participant, &kString, (topics + name).c_str(), nullptr, nullptr),
                 "dds_create_topic");
@@ -113,8 +143,8 @@ int main(int, char** argv) {
       char text[] = "hello";
       const String message{text};
       std::cout << must(dds_write(writer, &message), "dds_write");
-    } else if (line.starts_with("found ")) {
-      std::cout << found_after(participant, begin, std::atoi(line.c_str() + 6));
+    } else if (line.starts_with("nodes ")) {
+      std::cout << nodes_known_after(nodes, begin, std::stoul(line.substr(6)));
     } else if (line == "heard") {
       for (;;) {
         void* samples[1] = {nullptr};
