@@ -12,6 +12,7 @@
 #include "takt/containers/container_parts.hpp"
 #include "takt/containers/diagnostics.hpp"
 #include "takt/containers/unloading_threads.hpp"
+#include "takt/containers/watching/bound_watch.hpp"
 #include "takt/executors/latency_slices.hpp"
 #include "takt/sched/threads/memory_lock.hpp"
 
@@ -76,6 +77,7 @@ Container::Container(const SystemDescription& description, const ContainerOverri
   make_executors();
   place_components();
   if (!errors_.empty()) throw ConfigurationError(errors_);
+  if (overrides_.watches_bounds || description_.watches_bounds) make_bound_watch();
   if (description_.lifecycle) make_lifecycle();
   if (needs_manager()) {
     make_manager();
@@ -283,6 +285,7 @@ void Container::release() {
     }
   }
   begin_counting();
+  begin_bound_watch();
 }
 
 void Container::note(std::string text) {
@@ -355,6 +358,7 @@ void Container::hold() {
   for (const auto& running : *executors_) {
     if (!running->is_own) running->executor->release_timers(false);
   }
+  look_at_bounds();
   end_counting();
   note(one_sided());
   for (const std::string& name : unconfigured()) {

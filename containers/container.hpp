@@ -37,6 +37,7 @@ class Diagnostics;
 struct RunningExecutor;
 class RunningExecutors;
 class UnloadingThreads;
+class BoundWatch;
 
 /// Where components run under an executor type that overrides the file's.
 enum class Placement {
@@ -56,6 +57,8 @@ struct ContainerOverrides {
   StatisticsLevel statistics = StatisticsLevel::full;
   std::size_t trace_events = 0;           // see ExecutorOptions
   std::shared_ptr<LatencySlices> slices;  // of all executors; they begin with release()
+  /// Compares what runs with what its analysis assumes, as `analysis: {watch: true}` does.
+  bool watches_bounds = false;
   Clock* clock = &Clock::steady();
   bool is_merged() const noexcept { return !executor.empty() && placement == Placement::merged; }
   /// Used instead of the participant that `dds` of the description configures: `takt check` and
@@ -107,6 +110,9 @@ class Container {
   void start(std::function<void()> on_failure = {});
   /// Releases the timers, and starts the measurement that result() returns.
   void release();
+  /// Looks at what has deviated from the analysis, and says when to look again; kNever: nothing is
+  /// watched. Between release() and hold().
+  TimePoint watch_bounds();
   /// Logs the topics of this process that have only publishers or only subscriptions, in this
   /// process and on the DDS domain. If the file requires a match (`must_match`), this is an error
   /// and a failure of the run. Call it once, after discovery had time to complete.
@@ -244,6 +250,12 @@ class Container {
   bool has_thread(const std::string& name) const;
   ThreadAttributes thread(const std::string& name) const;
   double capacity_of(const ExecutorDescription& executor) const;
+  void make_bound_watch();
+  void begin_bound_watch();
+  void changed(const std::string& what);
+  void add_what_was_watched(ProcessResult& result) const;
+  std::vector<int> threads_of_callbacks() const;
+  void look_at_bounds();
   bool handle(const FailedCallback& failed);
   bool drain();
   void begin_counting();
@@ -274,6 +286,8 @@ class Container {
   std::unique_ptr<LifecycleManager> lifecycle_;  // in one process of the system
   std::shared_ptr<GuardCondition> failed_;       // a failed component must leave its executors
   std::vector<std::shared_ptr<Chain>> chains_;
+  detail::Guarded<std::unique_ptr<BoundWatch>> bound_watch_;  // nullptr: nothing is watched
+  TimePoint next_look_ = kNever;                              // at bounds
   std::optional<CpuDmaLatency> dma_latency_;
   TimePoint released_{}, held_{};
   Nanoseconds cpu_time_{0};

@@ -274,6 +274,7 @@ LoadedComponent Container::load(ComponentDescription component) {
     const auto gone = shared_.lock()->forget(*loaded);
     throw;
   }
+  changed("'" + node->fully_qualified_name() + "' was loaded");
   return {loaded->id, node->fully_qualified_name(), component.type, component.where};
 }
 
@@ -405,25 +406,6 @@ void Container::serve(Loaded& loaded) {
   if (manager_ != nullptr && !serves_itself) loaded.services = manager_->serve(loaded.node());
   const auto node = std::dynamic_pointer_cast<LifecycleNode>(loaded.node());
   if (heartbeats_ != nullptr && node != nullptr) loaded.heartbeat = heartbeats_->add(node);
-}
-
-void Container::change_parameters(const std::string& text) {
-  const Looks::Look look = shared_.lock()->looks.begin();
-  std::vector<std::pair<std::shared_ptr<Node>, CallbackParameterChanges>> changes;
-  std::vector<std::string> names;
-  for (const LoadedComponent& loaded : components()) names.push_back(loaded.name);
-  for (auto& [name, of_node] : read_parameter_changes(text)) {
-    const std::string full = name.starts_with('/') ? name : "/" + name;
-    const std::shared_ptr<Loaded> loaded = shared_.lock()->find(full);
-    if (loaded == nullptr) {
-      throw Error(fmt::format("no component is called '{}'", full), suggest(full, names));
-    }
-    loaded->node()->check_callback_parameters(of_node);
-    changes.emplace_back(loaded->node(), std::move(of_node));
-  }
-  const Errors errors = lost_guarantees(changes);
-  if (!errors.empty()) throw ConfigurationError(errors);
-  for (const auto& [node, of_node] : changes) node->set_callback_parameters(of_node);
 }
 
 void Container::place(const Loaded& loaded) {

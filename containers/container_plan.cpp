@@ -2,14 +2,45 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <unordered_map>
 
 #include <fmt/format.h>
 
 #include "takt/base/counted.hpp"
 #include "takt/containers/container_parts.hpp"
+#include "takt/executors/isolated_executor.hpp"
 
 namespace takt {
+namespace {
+
+/// The threads that executors which isolate give to a node, or would give to one that they do not
+/// have yet.
+/// Thread safety: none. Real-time: no.
+class ThreadsOfIsolated {
+ public:
+  explicit ThreadsOfIsolated(std::shared_ptr<Node> node) : node_(std::move(node)) {}
+
+  /// nullopt: this one does not isolate.
+  std::optional<ModelledProcess::Callback::Thread> find(
+      const Executor& executor, const std::shared_ptr<CallbackGroup>& group) {
+    const auto* const isolated = dynamic_cast<const IsolatedExecutor*>(&executor);
+    if (isolated == nullptr) return {};
+    auto& known = asked_[isolated];
+    auto place = std::find(known.begin(), known.end(), isolated->unit_of(*group));
+    if (place == known.end()) place = known.insert(place, isolated->unit_of(*group));
+    auto [index, attributes] =
+        isolated->thread_of(node_, group, static_cast<std::size_t>(place - known.begin()));
+    return ModelledProcess::Callback::Thread{index, std::move(attributes)};
+  }
+
+ private:
+  const std::shared_ptr<Node> node_;
+  // What they have been asked for, in this order: they make children in it.
+  std::map<const IsolatedExecutor*, std::vector<const CallbackGroup*>> asked_;
+};
+
+}  // namespace
 
 void Container::make_chains() {
   if (!errors_.empty()) return;
@@ -161,6 +192,11 @@ void Container::add_callbacks(const Loaded& loaded, ModelledProcess& process) co
       known.push_back(std::move(executor));
     }
   }
+  ThreadsOfIsolated threads(loaded.node());
+  for (const auto& group : loaded.node()->groups()) {  // these come first, see place()
+    if (loaded.own_executor(*group).empty()) continue;
+    threads.find(*executor_for(executor_of(loaded, *group)).executor, group);
+  }
   for (const auto& entity : loaded.node()->entities()) {
     const auto found = component.callbacks.find(entity->name());
     CallbackDescription described =
@@ -169,8 +205,13 @@ void Container::add_callbacks(const Loaded& loaded, ModelledProcess& process) co
     if (!described.waits && group != component.callback_groups.end()) {
       described.waits = group->second.waits;
     }
-    process.callbacks.push_back(
-        {loaded.node(), entity, executor_of(loaded, *entity->group()), std::move(described)});
+    std::string executor = executor_of(loaded, *entity->group());
+    auto thread = threads.find(*executor_for(executor).executor, entity->group());
+    process.callbacks.push_back({.node = loaded.node(),
+                                 .entity = entity,
+                                 .executor = std::move(executor),
+                                 .described = std::move(described),
+                                 .thread = std::move(thread)});
   }
 }
 
@@ -215,6 +256,26 @@ Container::Errors Container::lost_guarantees(const Loaded& loaded) const {
   return lost_guarantees(with, "with '" + loaded.node()->fully_qualified_name() + "'",
                          "give the component another executor, a lower priority, or a smaller "
                          "budget");
+}
+
+void Container::change_parameters(const std::string& text) {
+  const Looks::Look look = shared_.lock()->looks.begin();
+  std::vector<std::pair<std::shared_ptr<Node>, CallbackParameterChanges>> changes;
+  std::vector<std::string> names;
+  for (const LoadedComponent& loaded : components()) names.push_back(loaded.name);
+  for (auto& [name, of_node] : read_parameter_changes(text)) {
+    const std::string full = name.starts_with('/') ? name : "/" + name;
+    const std::shared_ptr<Loaded> loaded = shared_.lock()->find(full);
+    if (loaded == nullptr) {
+      throw Error(fmt::format("no component is called '{}'", full), suggest(full, names));
+    }
+    loaded->node()->check_callback_parameters(of_node);
+    changes.emplace_back(loaded->node(), std::move(of_node));
+  }
+  const Errors errors = lost_guarantees(changes);
+  if (!errors.empty()) throw ConfigurationError(errors);
+  for (const auto& [node, of_node] : changes) node->set_callback_parameters(of_node);
+  changed("parameters of callbacks have changed");
 }
 
 // The same, if the callbacks of these nodes get other parameters.

@@ -11,6 +11,8 @@
 #include "takt/containers/container_parts.hpp"
 #include "takt/containers/diagnostics.hpp"
 #include "takt/containers/process_usage.hpp"
+#include "takt/containers/watching/bound_watch.hpp"
+#include "takt/transport/local_topics.hpp"
 
 namespace takt {
 namespace {
@@ -71,6 +73,28 @@ std::vector<EndpointState> Container::endpoints() const {
   return endpoints;
 }
 
+// Of its bounds, of what its publishers lend, and by Cyclone.
+void Container::add_what_was_watched(ProcessResult& result) const {
+  for (const RefusedLoans& refused : refused_loans()) {
+    const auto loaded = shared_.lock()->find(refused.node);
+    if (loaded == nullptr) continue;
+    result.notes.push_back(fmt::format(
+        "a publisher of '{}' on '{}' had no message to lend {} times: give it more `loans`",
+        refused.node, refused.topic, refused.count));
+  }
+  if (const auto watch = bound_watch_.lock(); *watch != nullptr) {
+    for (const ProcessResult::Thread& thread : result.threads) {
+      const ThreadState& state = thread.statistics.in_force;
+      if (!state.refused.empty()) (*watch)->refused(state.name, state.refused);
+    }
+    result.deviations = (*watch)->found();
+    if (const std::string& how = (*watch)->note(); !how.empty()) result.notes.push_back(how);
+  }
+  if (participant_ != nullptr && dds_warnings() != 0) {
+    result.notes.push_back(fmt::format("Cyclone DDS has warned {} times", dds_warnings()));
+  }
+}
+
 ProcessResult Container::result() const {
   ProcessResult result;
   result.name = description_.name;
@@ -126,9 +150,7 @@ ProcessResult Container::result() const {
     set_counted(thread);
     result.threads.push_back({"dds", std::move(thread)});
   }
-  if (participant_ != nullptr && dds_warnings() != 0) {
-    result.notes.push_back(fmt::format("Cyclone DDS has warned {} times", dds_warnings()));
-  }
+  add_what_was_watched(result);
   return result;
 }
 

@@ -4,6 +4,7 @@
 #define TAKT_CONTAINERS_RESULT_HPP_
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,10 +41,20 @@ struct ProcessResult {
     std::string process = {};
   };
 
+  /// Something that the analysis has assumed, and that was otherwise: see BoundWatch.
+  struct Deviation {
+    std::string id;  // of the assumption; "bound": of none
+    std::string text;
+    std::uint64_t count = 0;
+    std::vector<std::string> chains = {};  // whose bounds rest on it
+    std::string process = {};
+  };
+
   std::string name;
   std::vector<Callback> callbacks;
   std::vector<ChainResult> chains;
   std::vector<UsedExecutor> executors;
+  std::optional<std::vector<Deviation>> deviations;  // nullopt: nobody watched
   std::vector<Thread> threads;
   double duration_s = 0;
   double cpu_percent = 0;  // of one CPU

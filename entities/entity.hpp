@@ -87,6 +87,7 @@ constexpr std::uint64_t retract_path(std::uint64_t path, std::uint64_t mark) noe
 static_assert(retract_path(extend_path(5, path_mark(7)), path_mark(7)) == 5);
 
 class StagedOutputs;
+class ExecutionWatch;
 
 /// The callback that the calling thread executes, and the chain instance it belongs to. `publish`
 /// copies the latter into the message's envelope.
@@ -164,6 +165,12 @@ class Entity {
   void join_chain(ChainStep step);
   /// Does not change while an executor has it.
   const std::vector<ChainStep>& chain_steps() const noexcept { return chain_steps_; }
+  /// Its executions are compared with what an analysis has assumed. Before an executor has it.
+  void set_execution_watch(std::shared_ptr<ExecutionWatch> watch) noexcept {
+    watch_ = std::move(watch);
+  }
+  /// nullptr: they are not.
+  const std::shared_ptr<ExecutionWatch>& execution_watch() const noexcept { return watch_; }
 
   /// How often it can be taken now; an upper bound.
   virtual std::size_t ready_count() const noexcept = 0;
@@ -246,6 +253,7 @@ class Entity {
   const std::uint64_t mark_;
   CallbackParameters parameters_;
   std::vector<ChainStep> chain_steps_;
+  std::shared_ptr<ExecutionWatch> watch_;
   std::atomic<Sink*> sink_{nullptr};
   Counts answered_;
   // Guarded by ownership_mutex.

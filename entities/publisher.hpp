@@ -100,6 +100,8 @@ class PublisherBase {
   }
   /// Whether it was made with loans.
   bool has_loans() const noexcept { return loans_->capacity() != 0; }
+  /// How often it had none to lend, as all were with receivers.
+  std::uint64_t refused_loans() const noexcept { return writer_.refused_loans(); }
   /// In this process and in others.
   std::size_t subscription_count() const noexcept {
     return local_subscription_count() + outside_subscription_count();
@@ -119,6 +121,7 @@ class PublisherBase {
 
   /// nullptr: all are out.
   LoanedBlock* lend() noexcept { return loans_->acquire(); }
+  [[gnu::cold]] void count_refused_loan() noexcept { writer_.refuse_loan(); }
   /// No reader in this process is matched, and the message is not to be held back.
   bool is_for_outside_only() const noexcept;
   /// nullptr: shared memory lends nothing.
@@ -177,13 +180,16 @@ class Publisher : public PublisherBase {
 
   /// Lent by shared memory when all receivers are in other processes and the topic goes there by
   /// it, up to seven at once. Receivers in this process read a message by its pointer, so if there
-  /// are any it is lent from the pool, and copied for the others. An empty loan when all of the
-  /// pool are out: the publisher is faster than its receivers (back-pressure). Throws Error when
-  /// the publisher was made without loans.
+  /// are any it is lent from the pool, and copied for the others. An empty loan, which is counted,
+  /// when all of the pool are out: the publisher is faster than its receivers (back-pressure).
+  /// Throws Error when the publisher was made without loans.
   LoanedMessage<T> borrow_loaned_message() {
     if (!has_loans()) refuse_loan();
     if (MessageBlock* block = lend_outside()) return {block, true};
-    return {lend(), false};
+    LoanedBlock* const block = lend();
+    if (block == nullptr) [[unlikely]]
+      this->count_refused_loan();
+    return {block, false};
   }
 
   void publish(LoanedMessage<T>&& message) noexcept {

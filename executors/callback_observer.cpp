@@ -298,9 +298,7 @@ void CallbackObserver::Thread::State::execute(Callback& callback, Slot& slot, Ti
   {
     Dispatch dispatch = callback.dispatch(slot, &callback.settings.info, nullptr, nullptr);
     const Dispatch::Scope scope_of_callback(dispatch);
-    if (is_checked) {
-      callback.supervision->running[index].chain_instance.store(dispatch.chain_instance);
-    }
+    if (is_checked) callback.begin_checked(index, dispatch);
     const detail::ThreadUsage before = trace ? detail::ThreadUsage::now() : detail::ThreadUsage{};
     times.start = std::max(options.clock->now(), times.picked);
     try {

@@ -80,6 +80,10 @@ std::unique_ptr<WorkersPolicy> make_workers_policy(const ExecutorOptions& option
 /// The unit that gets its own executor and thread in an executor that isolates.
 enum class Isolation { node, group };
 
+// Limit: messages that wait for the end of a period of `triggered`, unless the code gives another
+// number. At it: further ones are dropped, and counted. Seen: a note of the result.
+inline constexpr std::size_t kMostOutputs = 256;
+
 /// When `triggered` runs all that is ready.
 struct TriggerOptions {
   enum class Kind { any, all, one };
@@ -93,7 +97,7 @@ struct TriggerOptions {
   /// 0: evaluated whenever something arrives.
   Nanoseconds let_period{0};
   /// How many messages can wait for the end of a period; more are dropped and counted.
-  std::size_t most_outputs = 256;
+  std::size_t most_outputs = kMostOutputs;
 };
 
 // Limit: `spin` and `early_wake`, without `spin: always`. At it: a longer one is refused. Seen: the

@@ -47,24 +47,51 @@ void apply_parameters(const CallbackParameters& parameters, ThreadAttributes& th
   }
 }
 
+// With the mutex held. The lowest place that none of the children has, or the one `after` that: of
+// a child that has gone, the next one takes the thread.
+IsolatedExecutor::ChildThread IsolatedExecutor::next_thread(std::size_t after,
+                                                            const CallbackGroup* group) const {
+  const auto is_taken = [&](std::size_t place) {
+    return std::any_of(children_.begin(), children_.end(),
+                       [&](const auto& child) { return child->place == place; });
+  };
+  std::size_t place = 0;
+  for (;; ++place) {
+    if (is_taken(place)) continue;
+    if (after-- == 0) break;
+  }
+  const auto& all = options_.threads;
+  ThreadAttributes thread = all.empty() ? ThreadAttributes{} : all[place % all.size()];
+  if (group != nullptr) apply_parameters(group->parameters(), thread);
+  return {place, std::move(thread)};
+}
+
+IsolatedExecutor::ChildThread IsolatedExecutor::thread_of(
+    const std::shared_ptr<Node>& node, const std::shared_ptr<CallbackGroup>& group,
+    std::size_t after) const {
+  const std::shared_ptr<CallbackGroup> own = is_per_group() ? group : nullptr;
+  const std::lock_guard lock(mutex_);
+  const std::shared_ptr<Child> child = find_child(node, own);
+  return child != nullptr ? ChildThread{child->place, child->attributes}
+                          : next_thread(after, own.get());
+}
+
 // With the mutex held.
 std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::make_child(
     const std::shared_ptr<Node>& node, const std::shared_ptr<CallbackGroup>& group) {
   ExecutorOptions options = options_;
   options.name = node->name();
   options.per = Isolation::node;
-  const auto& all = options_.threads;
-  ThreadAttributes thread = all.empty() ? ThreadAttributes{} : all[children_.size() % all.size()];
-  if (group != nullptr) {
-    if (group != node->default_callback_group()) options.name += "/" + group->name();
-    apply_parameters(group->parameters(), thread);
+  auto [place, thread] = next_thread(0, group.get());
+  if (group != nullptr && group != node->default_callback_group()) {
+    options.name += "/" + group->name();
   }
   thread.name = options.name;
   options.threads = {thread};
   std::vector<ThreadAttributes> threads = options.threads;
   for (const auto& other : children_) threads.push_back(other->attributes);
   check_spin(options, threads);
-  const auto child = std::make_shared<Child>(*this, options, node, group);
+  const auto child = std::make_shared<Child>(*this, options, node, group, place);
   child->executor.release_timers(releases_timers_);
   children_.push_back(child);
   return child;

@@ -21,9 +21,9 @@ void apply_parameters(const CallbackParameters& parameters, ThreadAttributes& th
 /// One single-threaded executor, and one thread, for each node (rclcpp's
 /// component_container_isolated) or, with Isolation::group, for each callback group that has
 /// callbacks: none delays another but by the CPU. Children take the options' threads in order, then
-/// cyclically, each named after its node and group; the thread that calls spin only waits for the
-/// end. spin_some, spin_all, spin_once and spin_until_future_complete run the children one after
-/// another on the caller.
+/// cyclically, each named after its node and group; one that is made later takes the place of one
+/// that has gone. The thread that calls spin only waits for the end. spin_some, spin_all, spin_once
+/// and spin_until_future_complete run the children one after another on the caller.
 ///
 /// A group's parameters, as they are when its child is made, are its thread's: its priority that of
 /// a SCHED_FIFO or SCHED_RR thread, its budget, deadline and period those of a SCHED_DEADLINE
@@ -57,6 +57,20 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   std::vector<ThreadStatistics> thread_statistics() const override;
   std::vector<int> running_threads() const override;
 
+  /// The thread of a child: which one of the options', from 0 and cyclically, and what it asks for.
+  struct ChildThread {
+    std::size_t place;
+    ThreadAttributes attributes;
+  };
+  /// What of a node has a child of its own: nullptr: the node as a whole.
+  const CallbackGroup* unit_of(const CallbackGroup& group) const noexcept {
+    return is_per_group() ? &group : nullptr;
+  }
+  /// Of the child that has the node's group; if there is none, as it would be made after so many
+  /// others.
+  ChildThread thread_of(const std::shared_ptr<Node>& node,
+                        const std::shared_ptr<CallbackGroup>& group, std::size_t after = 0) const;
+
  protected:
   FutureReturnCode spin_until_complete(FutureState& future, Nanoseconds timeout) override;
 
@@ -69,14 +83,17 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   };
   struct Child {
     Child(IsolatedExecutor& parent, const ExecutorOptions& options,
-          const std::shared_ptr<Node>& for_node, const std::shared_ptr<CallbackGroup>& for_group)
+          const std::shared_ptr<Node>& for_node, const std::shared_ptr<CallbackGroup>& for_group,
+          std::size_t at)
         : node(for_node),
           group(for_group),
+          place(at),
           attributes(options.threads.front()),
           executor(options, parent.traits_),
           waker(parent) {}
     std::weak_ptr<Node> node;
     std::weak_ptr<CallbackGroup> group;  // empty: of the whole node
+    const std::size_t place;             // among the threads of the options
     const ThreadAttributes attributes;
     DispatchingExecutor executor;
     Waker waker;
@@ -100,6 +117,7 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
                               const std::shared_ptr<CallbackGroup>& group) const;
   std::shared_ptr<Child> find_child(const std::shared_ptr<Node>& node,
                                     const std::shared_ptr<CallbackGroup>& group) const;
+  ChildThread next_thread(std::size_t after, const CallbackGroup* group) const;
   std::shared_ptr<Child> make_child(const std::shared_ptr<Node>& node,
                                     const std::shared_ptr<CallbackGroup>& group);
   template <class Add>

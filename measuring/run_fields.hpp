@@ -85,6 +85,16 @@ inline constexpr auto kFields<rt::Run::Topic> = std::tuple{
 };
 
 template <>
+inline constexpr auto kFields<ProcessResult::Deviation> = std::tuple{
+    keep("process", &ProcessResult::Deviation::process, "Its name."),
+    keep("id", &ProcessResult::Deviation::id,
+         "Of the assumption; bound: what was computed itself."),
+    keep("text", &ProcessResult::Deviation::text, "What was seen, the worst of it."),
+    sum("count", &ProcessResult::Deviation::count, "How often; of the host's time, ticks."),
+    keep("chains", &ProcessResult::Deviation::chains, "Whose bounds rest on it."),
+};
+
+template <>
 inline constexpr auto kFields<rt::Run::Releases> = std::tuple{
     sum("due", &rt::Run::Releases::due, "Releases that were due."),
     sum("served", &rt::Run::Releases::served, "Those that a callback has run for."),
@@ -129,6 +139,9 @@ inline constexpr auto kFields<rt::Run> = std::tuple{
     sum("threads", &rt::Run::threads, "Of executors and of Cyclone DDS."),
     sum("processes", &rt::Run::processes, "All of the run."),
     sum("topics", &rt::Run::topics, "One for each end of a topic in a process on DDS.",
+        Since::later),
+    sum("deviations", &rt::Run::deviations,
+        "With --watch-bounds: what the analysis assumes and was otherwise; else null.",
         Since::later),
     sum("notes", &rt::Run::notes, "What was refused, ignored or left undone.", Since::later),
     sum("trace", &rt::Run::trace,

@@ -46,6 +46,7 @@ Run run_of(ProcessResult process) {
           .callbacks = std::move(process.callbacks),
           .chains = std::move(process.chains),
           .executors = std::move(process.executors),
+          .deviations = std::move(process.deviations),
           .notes = std::move(process.notes)};
   for (const ProcessResult::Thread& thread : process.threads) {
     const ThreadStatistics& statistics = thread.statistics;
@@ -73,6 +74,7 @@ Run run_of(ProcessResult process) {
   name(run.chains);
   name(run.executors);
   name(run.threads);
+  if (run.deviations) name(*run.deviations);
   if (run.trace) name(*run.trace);
   return run;
 }

@@ -55,10 +55,15 @@ class Chain {
   /// At any time, as Executor::statistics().
   ChainStatistics statistics() const;
 
+  /// Counts the instances that take longer, for BoundWatch. Before executors have its callbacks.
+  void watch(Nanoseconds bound) noexcept { bound_ = bound; }
+  std::uint64_t beyond_bound() const noexcept { return beyond_bound_; }
+
   // For executors.
 
   void finished(Nanoseconds latency) noexcept {
     ++instances_;
+    if (latency > bound_) ++beyond_bound_;
     if (options_.deadline != Nanoseconds::zero() && latency > options_.deadline) ++misses_;
     latency_.record(latency);
   }
@@ -67,7 +72,8 @@ class Chain {
  private:
   const ChainOptions options_;
   const ChainId id_;
-  Counter<> instances_, misses_;
+  Nanoseconds bound_ = Nanoseconds::max();
+  Counter<> instances_, misses_, beyond_bound_;
   std::atomic<std::uint64_t> aborted_{0};
   Histogram latency_;
 };

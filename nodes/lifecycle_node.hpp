@@ -109,8 +109,8 @@ class LifecycleNode : public Node {
       std::string_view topic, const QoS& qos, const PublisherOptions<T>& options = {}) {
     return std::make_shared<LifecyclePublisher<T>>(
         gate_,
-        publisher_endpoint(topic, message_type<T>(), qos, options.published_by, options.joins,
-                           options.graph_node),
+        publisher_endpoint(topic, message_type<T>(), qos, options.loans,
+                           {options.published_by, options.joins}, options.graph_node),
         clock().real(), options, participant());
   }
 

@@ -307,7 +307,7 @@ std::shared_ptr<GenericPublisher> Node::create_generic_publisher(std::string_vie
                                                                  std::string_view type,
                                                                  const QoS& qos) {
   return std::make_shared<GenericPublisher>(
-      publisher_endpoint(topic, serialized_type(type), qos, {}, false, {}), clock().real(),
+      publisher_endpoint(topic, serialized_type(type), qos, 0, {}, {}), clock().real(),
       options_.participant);
 }
 
@@ -330,11 +330,12 @@ QoS Node::decide(const std::string& topic, const QoS& code) {
 }
 
 Endpoint Node::publisher_endpoint(std::string_view topic, const MessageType& type, const QoS& qos,
-                                  const std::vector<std::string>& published_by, bool joins,
+                                  std::size_t loans, PublishingCallbacks callbacks,
                                   const std::string& graph_node) {
   Endpoint end = endpoint(topic, type, qos);
   if (!graph_node.empty()) end.node = graph_node;
-  remember_output(end.topic, {published_by, joins});
+  callbacks.publishers = {{end.qos, loans}};
+  remember_output(end.topic, callbacks);
   return end;
 }
 
@@ -352,11 +353,18 @@ void Node::remember_output(const std::string& topic, const PublishingCallbacks& 
   const std::lock_guard lock(state_->mutex);
   const auto [output, is_new] = state_->outputs.try_emplace(topic, callbacks);
   PublishingCallbacks& known = output->second;
-  if (is_new || known.names.empty()) return;
-  if (callbacks.names.empty()) {
-    known = {};
+  if (is_new) return;
+  const auto add = [](auto& to, const auto& from) {  // a node may make a publisher again and again
+    for (const auto& each : from) {
+      if (std::find(to.begin(), to.end(), each) == to.end()) to.push_back(each);
+    }
+  };
+  add(known.publishers, callbacks.publishers);
+  if (known.names.empty() || callbacks.names.empty()) {
+    known.names.clear();
+    known.joins = false;
   } else {
-    known.names.insert(known.names.end(), callbacks.names.begin(), callbacks.names.end());
+    add(known.names, callbacks.names);
     known.joins = known.joins && callbacks.joins;
   }
 }

@@ -32,14 +32,9 @@
 #include "takt/entities/timer.hpp"
 #include "takt/nodes/node_options.hpp"
 #include "takt/nodes/parameter.hpp"
+#include "takt/nodes/publishing_callbacks.hpp"
 
 namespace TAKT_PUBLIC takt {
-
-/// The callbacks of a node that publish on a topic, as the options of its publishers say.
-struct PublishingCallbacks {
-  std::vector<std::string> names;  // empty: any may
-  bool joins = false;              // see PublisherOptions::joins
-};
 
 class Node;
 /// Node::now() for what may outlive the node.
@@ -194,8 +189,8 @@ class Node : public std::enable_shared_from_this<Node> {
   [[nodiscard]] std::shared_ptr<Publisher<T>> create_publisher(
       std::string_view topic, const QoS& qos, const PublisherOptions<T>& options = {}) {
     return std::make_shared<Publisher<T>>(
-        publisher_endpoint(topic, message_type<T>(), qos, options.published_by, options.joins,
-                           options.graph_node),
+        publisher_endpoint(topic, message_type<T>(), qos, options.loans,
+                           {options.published_by, options.joins}, options.graph_node),
         clock().real(), options, options_.participant);
   }
 
@@ -429,7 +424,7 @@ class Node : public std::enable_shared_from_this<Node> {
   Endpoint endpoint(std::string_view topic, const MessageType& type, const QoS& qos);
   /// The same for a publisher, with what its PublisherOptions say, which it remembers.
   Endpoint publisher_endpoint(std::string_view topic, const MessageType& type, const QoS& qos,
-                              const std::vector<std::string>& published_by, bool joins,
+                              std::size_t loans, PublishingCallbacks callbacks,
                               const std::string& graph_node);
   std::shared_ptr<CallbackGroup> group_or_default(std::shared_ptr<CallbackGroup> group) const;
   /// Throws Error if the timer's name is invalid; warns if another timer has it.

@@ -75,6 +75,19 @@ class Topics {
     forget_if_empty(reader.endpoint().topic);
   }
 
+  std::vector<RefusedLoans> refused_loans() {
+    const std::lock_guard lock(mutex_);
+    std::vector<RefusedLoans> result;
+    for (const auto& [name, topic] : topics_) {
+      for (const auto* writer : topic.writers) {
+        if (const std::uint64_t count = writer->refused_loans(); count != 0) {
+          result.push_back({name, writer->endpoint().node, count});
+        }
+      }
+    }
+    return result;
+  }
+
   LocalTopics ends() {
     const std::lock_guard lock(mutex_);
     LocalTopics result;
@@ -185,6 +198,10 @@ class Topics {
 
 LocalTopics local_topics() {
   return Topics::instance().ends();
+}
+
+std::vector<RefusedLoans> refused_loans() {
+  return Topics::instance().refused_loans();
 }
 
 IntraProcessReader::IntraProcessReader(Endpoint endpoint)

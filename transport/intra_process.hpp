@@ -167,6 +167,11 @@ class IntraProcessWriter {
   void write(MessageBlock& message, TimePoint published, std::uint32_t kept,
              ReleasedMessages& released) noexcept;
   std::size_t reader_count() const noexcept;
+  /// Its publisher had no message to lend.
+  void refuse_loan() noexcept { refused_loans_.fetch_add(1, std::memory_order_relaxed); }
+  std::uint64_t refused_loans() const noexcept {
+    return refused_loans_.load(std::memory_order_relaxed);
+  }
   /// With manual liveliness: it is alive, though it sends nothing.
   void assert_liveliness() noexcept;
   const std::shared_ptr<EndpointEvents>& events() const noexcept { return events_; }
@@ -193,6 +198,7 @@ class IntraProcessWriter {
   const std::shared_ptr<LivelinessLease> lease_;  // nullptr: it is alive as long as it exists
   const bool has_policies_;                       // for which more is done than to send
   const std::shared_ptr<EndpointEvents> events_ = std::make_shared<EndpointEvents>();
+  std::atomic<std::uint64_t> refused_loans_{0};
   std::atomic<const Table*> table_;
   std::atomic<bool> wants_time_{true};  // a reader, when the last message was sent
 };

@@ -3,6 +3,8 @@
 #ifndef TAKT_TRANSPORT_LOCAL_TOPICS_HPP_
 #define TAKT_TRANSPORT_LOCAL_TOPICS_HPP_
 
+#include <cstdint>
+#include <string>
 #include <vector>
 
 #include "takt/base/visibility.hpp"
@@ -16,6 +18,14 @@ struct LocalTopics {
 
 /// All of this process, as they are now. From any thread; not for real-time threads.
 LocalTopics local_topics();
+
+/// How often the publishers of a node had no message to lend, see PublisherOptions::loans.
+struct RefusedLoans {
+  std::string topic, node;
+  std::uint64_t count = 0;
+};
+/// Of each publisher that is there now and has refused one. The same.
+std::vector<RefusedLoans> refused_loans();
 
 }  // namespace takt
 

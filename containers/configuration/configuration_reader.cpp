@@ -146,6 +146,8 @@ void ConfigurationReader::read_file(const Value& root) {
           into(system_.model)(model);
           if (!system_.model.empty()) system_.model = beside(system_.model);
         }},
+       {"analysis", "What `takt run` does of `takt analyze`.",
+        [this](const Value& analysis) { read_analysis(analysis); }},
        {"accept",
         "Assumptions of `takt analyze` that hold for another reason, by id: see "
         "[assumptions](guarantees.md#assumptions). The reason is a text, and stands beside the "
@@ -155,6 +157,14 @@ void ConfigurationReader::read_file(const Value& root) {
         "Sequences of callbacks whose end-to-end latency is measured. `auto`: every path from a "
         "timer to its last callback is a chain; a shorter period means a higher criticality.",
         [this](const Value& chains) { read_chains(chains); }}});
+}
+
+void ConfigurationReader::read_analysis(const Value& analysis) {
+  read_map(analysis, "an analysis",
+           {{"watch",
+             "As `takt run --watch-bounds`: compares what runs with what the bounds of its chains "
+             "rest on.",
+             into(system_.watches_bounds)}});
 }
 
 void ConfigurationReader::read_memory(const Value& memory) {

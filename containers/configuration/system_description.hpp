@@ -195,6 +195,7 @@ struct SystemDescription {
   MachineDescription machine;
   std::string model;  // a file with measured numbers; empty: none
   Acceptances accepted;
+  bool watches_bounds = false;   // `analysis: {watch: true}`
   std::vector<WrittenKey> keys;  // of a whole file: all that stand in it
   TopicQos topics;
   std::map<std::string, DelayDescription, std::less<>> delays;  // by topic

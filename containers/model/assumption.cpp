@@ -8,7 +8,8 @@ namespace takt {
 namespace {
 
 constexpr std::array kKinds{
-    AssumptionKind{"as_declared", "what the file states, and no run has shown, is so", "",
+    AssumptionKind{"as_declared", "what the file states, and no run has shown, is so",
+                   "while it runs, with `analysis: {watch: true}`: execution times and arrivals",
                    "measure it: `takt run --trace`, `takt model`, `--model`"},
     AssumptionKind{"as_measured", "nothing is worse than in the measured run, and its margin", "",
                    "measure longer and under the worst load, then accept it"},
@@ -19,7 +20,8 @@ constexpr std::array kKinds{
         "the threads of DDS, and Takt's own, need no time on the CPUs of callbacks", "",
         "give threads that run callbacks SCHED_FIFO; bind the other ones (`affinity`) to "
         "other CPUs"},
-    AssumptionKind{"host_not_shared", "the host takes no CPU away from this virtual machine", "",
+    AssumptionKind{"host_not_shared", "the host takes no CPU away from this virtual machine",
+                   "while it runs, with `analysis: {watch: true}`",
                    "use a machine that is not virtual"},
     AssumptionKind{"model_from_elsewhere",
                    "what was measured on another machine or build is so here", "",
@@ -27,15 +29,18 @@ constexpr std::array kKinds{
     AssumptionKind{"no_other_publishers",
                    "nobody outside of the file sends to its callbacks, or receives what they send",
                    "", "`dds: {discovery: \"off\"}`, if nobody shall"},
-    AssumptionKind{"no_page_faults", "memory of the process stays where it is", "",
-                   "`memory: {lock: true}`"},
+    AssumptionKind{"no_page_faults", "memory of the process stays where it is",
+                   "while it runs, with `analysis: {watch: true}`", "`memory: {lock: true}`"},
     AssumptionKind{"not_seen", "what the measured run has not shown never happens", "",
                    "measure a run in which it happens, or declare it"},
-    AssumptionKind{"nothing_else_runs",
-                   "no thread outside of the file runs on its CPUs before those of callbacks",
-                   "when it is analysed, for real-time threads", ""},
+    AssumptionKind{
+        "nothing_else_runs",
+        "no thread outside of the file runs on its CPUs before those of callbacks",
+        "when it is analysed, for real-time threads; while it runs, with `analysis: {watch: true}`",
+        ""},
     AssumptionKind{"nothing_is_changed",
-                   "no container gets another component, and no callback other parameters", "",
+                   "no container gets another component, and no callback other parameters",
+                   "while it runs, with `analysis: {watch: true}`",
                    "name the model in the file (`model`): then a container refuses what takes a "
                    "guarantee away; of several processes, it does not know the others"},
     AssumptionKind{"overheads_are_zero", "Linux and Takt need no time besides that of callbacks",
@@ -43,7 +48,9 @@ constexpr std::array kKinds{
                    "`--overheads measure`, a model of a longer run, or `machine: {overheads: "
                    "{dispatch: …, wake: …, switch: …, publish: …}}`"},
     AssumptionKind{"realtime_granted", "Linux gives all threads their policies and priorities",
-                   "at the start: `takt run` says what is refused, and fails", ""},
+                   "at the start, with `realtime: require`: what is refused ends the run; else "
+                   "while it runs, with `analysis: {watch: true}`",
+                   "`realtime: require`"},
     AssumptionKind{"requests_are_answered", "each request is answered in time", "",
                    "measure a run, or give the client's callback an `arrival`"},
     AssumptionKind{"rt_runtime_as_here", "Linux throttles real-time threads as on this machine",

@@ -11,6 +11,8 @@
 
 #include "takt/containers/configuration/reference.hpp"
 #include "takt/containers/model/measured_model.hpp"
+#include "takt/entities/publisher.hpp"
+#include "takt/executors/executor.hpp"
 
 namespace takt::test {
 namespace {
@@ -60,6 +62,18 @@ std::size_t fields_of(const QoS& all) {
   const auto& [a, b, c, d, e, f, g] = all;
   return count(a, b, c, d, e, f, g);
 }
+struct CoveredWord {
+  int letters = 0;
+};
+TAKT_MESSAGE(CoveredWord, "test/msg/CoveredWord", letters);
+std::size_t fields_of(const PublisherOptions<CoveredWord>& all) {
+  const auto& [a, b, c, d, e, f] = all;
+  return count(a, b, c, d, e, f);
+}
+std::size_t fields_of(const TriggerOptions& all) {
+  const auto& [a, b, c, d, e] = all;
+  return count(a, b, c, d, e);
+}
 std::size_t fields_of(const ThreadAttributes& all) {
   const auto& [a, b, c, d, e, f, g, h] = all;
   return count(a, b, c, d, e, f, g, h);
@@ -96,6 +110,8 @@ std::size_t fields_of(const MachineDescription& all) {
 
 TEST(Coverage, HasEachFieldOfWhatTheModelIsMadeOf) {
   EXPECT_EQ(facts_of("QoS").size(), fields_of(QoS()));
+  EXPECT_EQ(facts_of("publisher options").size(), fields_of(PublisherOptions<CoveredWord>()));
+  EXPECT_EQ(facts_of("trigger options").size(), fields_of(TriggerOptions()));
   EXPECT_EQ(facts_of("thread attributes").size(), fields_of(ThreadAttributes()));
   EXPECT_EQ(facts_of("callback parameters").size(), fields_of(CallbackParameters()));
   EXPECT_EQ(facts_of("an executor type").size(), fields_of(ExecutorTraits()));

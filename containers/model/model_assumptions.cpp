@@ -64,9 +64,9 @@ bool ModelParts::is_of_takt(std::size_t callback) const {
 }
 
 void ModelParts::assume_of(std::size_t callback, const char* id, std::string text,
-                           std::string source) {
+                           std::string source, Assumption::State state) {
   assume({.id = id,
-          .state = State::unchecked,
+          .state = state,
           .text = std::move(text),
           .name = "'" + model_.system.callbacks[callback].name + "'",
           .source = std::move(source),
@@ -157,8 +157,8 @@ void AssumptionFinder::add_assumptions() {
   accept(model_.assumptions, description_.accepted);
   for (SystemModel::Chain& chain : model_.chains) {
     if (chain.why_not.empty()) {
-      const auto executors = executors_of(model_.system.chains[chain.index].callbacks);
-      chain.assumptions = assumptions(&executors);
+      chain.executors = executors_of(model_.system.chains[chain.index].callbacks);
+      chain.assumptions = assumptions(&chain.executors);
     } else {
       chain.assumptions = assumptions(nullptr);
     }
@@ -277,7 +277,7 @@ void AssumptionFinder::add_who_else_sends() {
       processes_.size() == 1 && (measured_ == nullptr || measured_->path == description_.model);
   if (is_known || !joins_dds()) return;
   assume({.id = "nothing_is_changed",
-          .state = State::unchecked,
+          .state = if_watched(),
           .text = "no container gets another component, and no callback other parameters",
           .name = {},
           .source = "nobody",
@@ -293,20 +293,22 @@ void AssumptionFinder::add_what_nobody_says() {
     const MeasuredCallback* const seen = measured(i);
     const bool has_run = seen != nullptr && seen->executions != 0;
     const bool is_said = said_by_component(i).has_value();
-    const auto add = [&](const char* text, std::string source) {
-      assume_of(i, "as_declared", text, std::move(source));
+    const auto add = [&](const char* text, std::string source, State state = State::unchecked) {
+      assume_of(i, "as_declared", text, std::move(source), state);
     };
     if (execution == Provenance::declared && !has_run) {
       add("no execution of {} is longer than declared: no run has measured it",
-          declared_at(stated.where));
+          declared_at(stated.where), if_watched());
     }
     if (execution == Provenance::promised && !has_run) {
       add("no execution of {} is longer than its budget: no run has measured it",
-          declared_at(stated.where));
+          declared_at(stated.where), if_watched());
     }
     if (execution == Provenance::exact && !has_run && !is_of_takt(i)) {
-      add("no execution of {} is longer than its component says: no run has measured it", "nobody");
+      add("no execution of {} is longer than its component says: no run has measured it", "nobody",
+          if_watched());
     }
+    add_what_nobody_says_of_loans(i);
     if (is_said) continue;
     if (!stated.waits && !(has_run && seen->longest_wait)) {
       add("no execution of {} waits for a lock, a device, a reply or the like: nobody has declared "
@@ -323,6 +325,20 @@ void AssumptionFinder::add_what_nobody_says() {
             : "no execution of {} sends more than one message to each topic and service: no run "
               "has shown it",
         "nobody");
+  }
+}
+
+// Each has few messages, and a receiver may keep one for as long as it likes.
+void AssumptionFinder::add_what_nobody_says_of_loans(std::size_t from) {
+  const auto add = [&](std::size_t callback) {
+    if (dynamic_cast<const KnowsExecutionTimes*>(callbacks_[callback]->node.get()) != nullptr)
+      return;
+    assume_of(callback, "as_declared",
+              "{} keeps no message beyond its execution, of the few that a publisher lends");
+  };
+  for (const auto& lending : model_.callbacks[from].lendings) {
+    add(from);
+    for (const std::size_t receiver : lending.receivers) add(receiver);
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/counted.hpp"
 #include "takt/containers/model/system_model.hpp"
 
 namespace takt {
@@ -86,6 +87,29 @@ Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t in
           bound.backlog};
 }
 
+// A publisher that lends sends nothing when all that it has are with receivers and senders.
+Loss loss_of_loans(const SystemModel& model, const ModelBounds& bounds, std::size_t from,
+                   std::size_t to) {
+  for (const auto& lending : model.callbacks[from].lendings) {
+    const auto& receivers = lending.receivers;
+    if (std::find(receivers.begin(), receivers.end(), to) == receivers.end()) continue;
+    Count out = lending.in_use;
+    for (const std::size_t receiver : receivers) {
+      const auto depth = static_cast<Count>(model.callbacks[receiver].depth);
+      const std::size_t executor = model.system.callbacks[receiver].executor;
+      out += std::min(depth, bounds.all.callbacks[receiver].backlog) +
+             static_cast<Count>(model.system.executors[executor].threads);
+    }
+    if (out <= lending.loans) continue;
+    return {fmt::format("'{}' may find nothing to send: its publisher on '{}' lends {}, and {} may "
+                        "be with receivers and senders",
+                        model.system.callbacks[from].name, lending.topic,
+                        counted(static_cast<std::size_t>(lending.loans), "message"), out),
+            0};
+  }
+  return {};
+}
+
 void find_losses(const SystemModel& model, const ModelBounds& bounds,
                  const std::vector<std::size_t>& path, ModelBounds::Chain& result) {
   for (const std::size_t callback : path) {
@@ -94,6 +118,11 @@ void find_losses(const SystemModel& model, const ModelBounds& bounds,
     if (callback != path.front() && !best_effort.empty()) loss = {best_effort, 0};
     result.one_of = analysis::times(result.one_of, loss.one_of);
     if (result.why_lossy.empty()) result.why_lossy = loss.why;
+  }
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    Loss loss = loss_of_loans(model, bounds, path[i - 1], path[i]);
+    result.one_of = analysis::times(result.one_of, loss.one_of);
+    if (result.why_lossy.empty()) result.why_lossy = std::move(loss.why);
   }
   if (result.why_lossy.empty()) result.why_lossy = why_ended_beside(model, bounds, path);
 }

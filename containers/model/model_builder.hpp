@@ -58,9 +58,14 @@ class ModelParts {
     std::optional<std::size_t> executor;  // whose bounds rest on it; nullopt: all
   };
   void assume(Fact fact) { facts_.push_back(std::move(fact)); }
-  /// Unchecked, of a callback, whose name stands for "{}" in the text.
+  /// Of what a BoundWatch sees.
+  Assumption::State if_watched() const noexcept {
+    return description_.watches_bounds ? Assumption::State::checked : Assumption::State::unchecked;
+  }
+  /// Of a callback, whose name stands for "{}" in the text.
   void assume_of(std::size_t callback, const char* id, std::string text,
-                 std::string source = "nobody");
+                 std::string source = "nobody",
+                 Assumption::State state = Assumption::State::unchecked);
   /// That it never happens that …
   void assume_unseen(const std::string& what, std::size_t callback);
   /// "declared at robot.yaml:7".
@@ -97,7 +102,9 @@ class ModelParts {
   std::vector<ModelledThread> threads_;
   std::vector<Place> places_;
   std::set<std::size_t> in_circle_;  // callbacks
-  std::vector<bool> may_run_;        // by callback
+  // Why what one callback sends does not come to another, though they have a topic in common.
+  std::map<std::pair<std::size_t, std::size_t>, std::string> nothing_passes_;
+  std::vector<bool> may_run_;  // by callback
   std::vector<Fact> facts_;
 };
 
@@ -122,6 +129,7 @@ class AssumptionFinder : public ModelParts {
   void add_assumptions_of_start();
   void add_who_else_sends();
   void add_what_nobody_says();
+  void add_what_nobody_says_of_loans(std::size_t sender);
   void add_what_nodes_may_make();
   bool sends(std::size_t callback) const;
   /// Those of these executors, one for each id; nullptr: of all.
@@ -145,6 +153,7 @@ class ModelBuilder : public AssumptionFinder {
     place_threads();
     for (std::size_t i = 0; i < callbacks_.size(); ++i) set_execution(i);
     link();
+    add_publishers();
     cut_circles();
     for (std::size_t i = 0; i < callbacks_.size(); ++i) set_arrivals(i);
     choose_who_paces_joins();
@@ -166,6 +175,13 @@ class ModelBuilder : public AssumptionFinder {
   void set_execution(std::size_t callback);
   void link();
   void link_publishers(std::size_t subscription);
+  bool is_offered(const PublishingCallbacks& publishing, std::size_t from,
+                  std::size_t subscription);
+  void add_publishers();
+  void add_publishers(const Node& node, const std::string& topic,
+                      const std::vector<std::size_t>& callbacks,
+                      const std::vector<std::size_t>& receivers,
+                      std::vector<analysis::Count>& outputs);
   void link_callers(std::size_t service);
   void link_answers(std::size_t client);
   std::size_t answering(std::size_t service) const;
@@ -201,6 +217,7 @@ class ModelBuilder : public AssumptionFinder {
   void set_order(const ModelledPart& part);
   void pass_on_what_is_unknown();
   void add_chains();
+  std::string why_nothing_comes(const std::vector<std::size_t>& path);
 };
 
 }  // namespace takt

@@ -6,6 +6,7 @@
 
 #include "takt/containers/model/model_builder.hpp"
 #include "takt/containers/planning/plan.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
 
 namespace takt {
 
@@ -28,6 +29,8 @@ void ModelBuilder::add_chains() {
                          return candidate->node == of && candidate->entity->name() == called;
                        });
       path.push_back(static_cast<std::size_t>(callback - callbacks_.begin()));
+      if (!chain.why_not.empty()) continue;
+      chain.why_not = why_nothing_comes(path);
       const auto& before = path.size() > 1 ? model_.system.callbacks[path[path.size() - 2]].outputs
                                            : std::vector<analysis::Output>{};
       const bool is_linked =
@@ -51,6 +54,44 @@ void ModelBuilder::add_chains() {
     if (chain.why_not.empty()) model_.system.chains.push_back({chain.name, std::move(path)});
     model_.chains.push_back(std::move(chain));
   }
+}
+
+// Why a chain has no instances, as far as its last callback here; empty: nothing is against it.
+std::string ModelBuilder::why_nothing_comes(const std::vector<std::size_t>& path) {
+  const std::size_t index = path.back();
+  const ModelledProcess::Callback& callback = *callbacks_[index];
+  const std::string& name = model_.system.callbacks[index].name;
+  if (path.size() == 1 && !may_run_[index]) {
+    return fmt::format("nothing comes to '{}': no callback of the file sends to it", name);
+  }
+  if (path.size() > 1) {
+    const auto found = nothing_passes_.find({path[path.size() - 2], index});
+    if (found != nothing_passes_.end()) return found->second;
+  }
+  const MeasuredCallback* const seen = measured(index);
+  const bool has_run =
+      seen != nullptr && (seen->executions != 0 || seen->longest_execution != Nanoseconds::zero());
+  if (seen != nullptr && !has_run) {
+    return fmt::format("'{}' did not run in the measured run", name);
+  }
+  if (dynamic_cast<const LifecycleNode*>(callback.node.get()) == nullptr) return {};
+  const std::string& node = callback.node->fully_qualified_name();
+  const auto is_it = [&](const LifecycleDescription::ManagedNode& managed) {
+    return managed.name == node;
+  };
+  if (description_.lifecycle && std::any_of(description_.lifecycle->bring_up.begin(),
+                                            description_.lifecycle->bring_up.end(), is_it)) {
+    return {};
+  }
+  if (!has_run) {
+    return fmt::format(
+        "nobody brings '{}' up, so '{}' gets nothing: list it in `lifecycle: "
+        "bring_up`",
+        node, name);
+  }
+  assume_of(index, "as_measured", "somebody brings the node of {} up, as in the measured run",
+            measured_source());
+  return {};
 }
 
 // Its bound depends on the numbers of these: the executors on its way, those that send to them, and

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 
 namespace takt {
 
+using analysis::Count;
 using analysis::kUnbounded;
 
 namespace {
@@ -95,10 +97,99 @@ void ModelBuilder::link_publishers(std::size_t to) {
     const auto& names = publishing->names;
     const bool is_declared =
         std::find(names.begin(), names.end(), callbacks_[from]->entity->name()) != names.end();
-    if (names.empty() || is_declared || has_seen(from, to)) {
+    const bool may_send = names.empty() || is_declared || has_seen(from, to);
+    if (may_send && is_offered(*publishing, from, to)) {
       link(from, to, {topic, is_declared, publishing->joins});
     }
   }
+}
+
+// Whether one of the node's publishers serves the subscription. If another does not, nobody knows
+// which one a callback uses.
+bool ModelBuilder::is_offered(const PublishingCallbacks& publishing, std::size_t from,
+                              std::size_t to) {
+  const auto* const end = dynamic_cast<const SubscriptionBase*>(callbacks_[to]->entity.get());
+  Nanoseconds& lifespan = model_.callbacks[to].lifespan;
+  bool result = false;
+  for (const PublishingCallbacks::Publisher& publisher : publishing.publishers) {
+    const std::string_view policy = publisher.qos.refuses(end->qos());
+    if (!policy.empty()) {
+      nothing_passes_.try_emplace(
+          {from, to}, fmt::format("a publisher of '{}' on '{}' offers less than '{}' asks for: {}",
+                                  callbacks_[from]->node->fully_qualified_name(), end->topic(),
+                                  model_.system.callbacks[to].name, policy));
+      continue;
+    }
+    result = true;
+    const Nanoseconds its = publisher.qos.lifespan_duration;
+    if (QoS::is_for_ever(its)) continue;
+    lifespan = lifespan == Nanoseconds::zero() ? its : std::min(lifespan, its);
+  }
+  return result;
+}
+
+// Of each node: what its publishers lend, and what waits for the end of a period.
+void ModelBuilder::add_publishers() {
+  std::map<const Node*, std::vector<std::size_t>> callbacks;
+  std::map<std::pair<const ModelledProcess*, std::string>, std::vector<std::size_t>> receivers;
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    callbacks[callbacks_[i]->node.get()].push_back(i);
+    if (callbacks_[i]->entity->kind() != EntityKind::subscription) continue;
+    receivers[{process_of(i), callbacks_[i]->entity->topic()}].push_back(i);
+  }
+  std::vector<analysis::Count> outputs(parts_.size());
+  for (const auto& [node, its] : callbacks) {
+    for (const std::string& topic : node->topics()) {
+      add_publishers(*node, topic, its, receivers[{process_of(its.front()), topic}], outputs);
+    }
+  }
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const TriggerOptions& trigger = parts_[i].description->trigger;
+    const auto most = static_cast<analysis::Count>(trigger.most_outputs);
+    std::string& unknown = model_.system.executors[i].unknown;
+    if (trigger.let_period == Nanoseconds::zero() || outputs[i] <= most || !unknown.empty())
+      continue;
+    unknown = fmt::format(
+        "its callbacks may send {} messages in a period, of which {} wait for its end: further "
+        "ones are dropped",
+        outputs[i], most);
+  }
+}
+
+void ModelBuilder::add_publishers(const Node& node, const std::string& topic,
+                                  const std::vector<std::size_t>& callbacks,
+                                  const std::vector<std::size_t>& receivers,
+                                  std::vector<analysis::Count>& outputs) {
+  const auto publishing = node.publishing_callbacks(topic);
+  if (!publishing) return;
+  std::size_t loans = 0;  // the least that one of its publishers has
+  for (const PublishingCallbacks::Publisher& publisher : publishing->publishers) {
+    if (publisher.loans != 0 && (loans == 0 || publisher.loans < loans)) loans = publisher.loans;
+  }
+  const auto is_receiver = [&](const analysis::Output& output) {
+    return std::find(receivers.begin(), receivers.end(), output.to) != receivers.end();
+  };
+  std::vector<std::size_t> senders;
+  std::set<std::size_t> executors;
+  SystemModel::Callback::Lending lending{
+      .topic = topic, .loans = static_cast<analysis::Count>(loans), .receivers = receivers};
+  for (const std::size_t from : callbacks) {
+    analysis::Count messages = node.publishes(callbacks_[from]->entity->name(), topic) ? 1 : 0;
+    for (const analysis::Output& output : model_.system.callbacks[from].outputs) {
+      if (is_receiver(output)) messages = std::max({messages, output.messages, Count{1}});
+    }
+    if (messages == 0) continue;
+    senders.push_back(from);
+    const std::size_t part = model_.system.callbacks[from].executor;
+    outputs[part] += messages;
+    const bool waits = parts_[part].description->trigger.let_period != Nanoseconds::zero();
+    if (waits) lending.in_use += messages;
+    if (executors.insert(part).second) {
+      lending.in_use += static_cast<analysis::Count>(model_.system.executors[part].threads);
+    }
+  }
+  if (loans == 0) return;
+  for (const std::size_t from : senders) model_.callbacks[from].lendings.push_back(lending);
 }
 
 // What is declared or was seen counts. What a run has not shown is left out, but said.
@@ -114,6 +205,12 @@ void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
     assume_unseen(fmt::format("'{}' sends to '{}'", callbacks[from].name, callbacks[to].name), to);
     return;
   }
+  if (!is_inside && description_.dds && description_.dds->discovery == DiscoveryRange::off) {
+    nothing_passes_[{from, to}] = fmt::format(
+        "'{}' and '{}' are in processes that do not find each other: `dds: {{discovery: \"off\"}}`",
+        callbacks[from].name, callbacks[to].name);
+    return;
+  }
   analysis::Output output{.to = to};
   if (is_seen) {
     output.messages = std::max<analysis::Count>(
@@ -126,6 +223,10 @@ void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
     const bool is_known = delay != description_.delays.end();
     output.delay = is_known ? delay->second.longest.count() : kUnbounded;
     output.least_delay = is_known ? delay->second.least.count() : 0;
+    Nanoseconds& lifespan = model_.callbacks[to].lifespan;
+    if (is_known && lifespan != Nanoseconds::zero()) {  // what is left of it
+      lifespan = std::max(Nanoseconds(1), lifespan - delay->second.longest);
+    }
     if (is_known) {
       assume({.id = "as_declared",
               .state = Assumption::State::unchecked,

@@ -31,7 +31,7 @@ void AssumptionFinder::add_assumptions_of_machine() {
   }
   if (!machine_.is_known || machine_.is_virtual) {
     assume({.id = "host_not_shared",
-            .state = State::unchecked,
+            .state = if_watched(),
             .text = machine_.is_known ? "this machine is virtual: its host takes no CPU away"
                                       : "the machine is not virtual, or its host takes no CPU away",
             .name = {},
@@ -40,7 +40,7 @@ void AssumptionFinder::add_assumptions_of_machine() {
   }
   if (!description_.lock_memory || description_.realtime == Realtime::off) {
     assume({.id = "no_page_faults",
-            .state = State::unchecked,
+            .state = if_watched(),
             .text = "no callback waits for a page of memory: nothing is locked",
             .name = {},
             .source = "nobody",
@@ -92,12 +92,12 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
         "Takt's own threads and those of DDS need no time on the CPUs of {}", "nobody");
     return;
   }
-  if (description_.realtime == Realtime::prefer) {
-    add("realtime_granted", State::checked,
-        "Linux gives the threads of {} their policies and priorities", "this machine");
-  }
+  // A run that is refused them goes on, unless the file requires them.
+  add("realtime_granted",
+      description_.realtime == Realtime::require ? State::checked : if_watched(),
+      "Linux gives the threads of {} their policies and priorities", "nobody");
   const char* const before = "no other thread runs before those of {} on their CPUs";
-  if (!machine_.is_known) return add("nothing_else_runs", State::unchecked, before, promise);
+  if (!machine_.is_known) return add("nothing_else_runs", if_watched(), before, promise);
   for (const ModelledThread& thread : threads_) {
     if (thread.executor != index) continue;
     const ThreadAttributes& own = thread.attributes;
@@ -110,7 +110,7 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
       // A less urgent one takes of what Linux grants to all of them.
       if (!may_meet || !(is_before || model_.system.for_realtime)) continue;
       assume({.id = "nothing_else_runs",
-              .state = State::unchecked,
+              .state = if_watched(),
               .text = fmt::format(
                   "the real-time thread '{}', which the file does not name, is not there "
                   "beside those of {{}}, or short",

@@ -9,7 +9,6 @@
 #include "takt/containers/model/model_builder.hpp"
 #include "takt/containers/planning/plan.hpp"
 #include "takt/entities/subscription.hpp"
-#include "takt/executors/isolated_executor.hpp"
 
 namespace takt {
 
@@ -39,10 +38,6 @@ void ModelBuilder::add_callbacks() {
       SystemModel::Callback& facts = model_.callbacks.emplace_back();
       if (const auto* end = dynamic_cast<const SubscriptionBase*>(callback.entity.get())) {
         facts.depth = end->qos().depth;
-        const auto topic = description_.topics.find(callback.entity->topic());
-        if (topic != description_.topics.end()) {
-          facts.lifespan = topic->second.lifespan.value_or(Nanoseconds::zero());
-        }
       }
       if (const MeasuredCallback* const seen = measured(index)) facts.dropped = seen->dropped;
       if (facts.depth != 0) described.depth = static_cast<analysis::Count>(facts.depth);
@@ -88,7 +83,7 @@ std::size_t ModelBuilder::part_of(const ModelledProcess& process,
   const TriggerOptions& trigger = description->trigger;
   if (trigger.let_period > Nanoseconds::zero()) {
     executor.let_period = trigger.let_period.count();
-  } else if (trigger.own || trigger.kind != TriggerOptions::Kind::any) {
+  } else if (trigger.kind != TriggerOptions::Kind::any) {
     executor.unknown = "its trigger may wait for ever; there are bounds for `any` only";
   } else if (traits.rule != nullptr && !traits.triggered) {
     executor.unknown = fmt::format("no method knows the rule of type '{}'", description->type);
@@ -123,15 +118,16 @@ void ModelBuilder::add_threads(const ModelledProcess& process,
     model_.system.executors[part].threads = own.size();
     return;
   }
-  const auto children =
-      std::count_if(parts_.begin(), parts_.end() - 1, [&](const ModelledPart& other) {
-        return other.process == &process && other.description == &description;
-      });
-  ThreadAttributes thread = own[static_cast<std::size_t>(children) % own.size()];
-  if (description.per == Isolation::group) {
-    apply_parameters(callback.entity->group()->parameters(), thread);
+  // The executor knows it: nodes without callbacks have threads, too, and others have gone.
+  const auto& [place, attributes] = callback.thread.value();
+  ThreadAttributes thread = own[place % own.size()];
+  if (description.per == Isolation::group) {  // its group's parameters, when it was made
+    thread.priority = attributes.priority;
+    thread.runtime = attributes.runtime;
+    thread.deadline = attributes.deadline;
+    thread.period = attributes.period;
   }
-  threads_.push_back({part, thread});
+  threads_.push_back({part, std::move(thread)});
 }
 
 void ModelBuilder::place_threads() {

@@ -318,7 +318,7 @@ ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const ArrivalDes
                      what);
   }
   assume({.id = "as_declared",
-          .state = Assumption::State::unchecked,
+          .state = has_senders ? Assumption::State::unchecked : if_watched(),
           .text = "what comes to {} from outside is no closer than declared",
           .name = "'" + described.name + "'",
           .source = declared_at(callback.described.where),

@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,6 +27,12 @@ struct ModelledProcess {
     std::string executor;                            // the name
     CallbackDescription described;                   // by the file
     std::optional<CallbackParameters> changed = {};  // instead of those that it has
+    /// Of an executor that isolates: which of its threads runs it, and as it was made.
+    struct Thread {
+      std::size_t place = 0;
+      ThreadAttributes attributes;
+    };
+    std::optional<Thread> thread = {};
 
     CallbackParameters parameters() const;
   };
@@ -83,6 +90,13 @@ struct SystemModel {
     std::string best_effort;    // why messages to it may be lost on their way; empty: they are not
     /// Its chain instance ends if it takes longer: `overrun: abort`.
     std::optional<Nanoseconds> given_up_after;
+    /// A publisher that lends its messages, and sends nothing when all are with somebody.
+    struct Lending {
+      std::string topic;
+      analysis::Count loans = 0, in_use = 0;  // in_use: most that its senders have at a time
+      std::vector<std::size_t> receivers;     // in its process
+    };
+    std::vector<Lending> lendings;
   };
   struct Chain {
     std::string name;
@@ -90,6 +104,7 @@ struct SystemModel {
     Nanoseconds observed{0};  // the longest that the measured model has seen; 0: not known
     bool allows_losses = false;
     std::vector<Assumption> assumptions;  // of its bound, each id once
+    std::set<std::size_t> executors;      // on whose numbers it depends
     std::string why_not;                  // if it is not in the system
     std::size_t index = 0;                // in system.chains, else
   };

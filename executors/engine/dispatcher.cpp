@@ -140,7 +140,7 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
   Dispatch dispatch = record.dispatch(slot, execution.info, outputs, record.exclusion.get());
   const Dispatch::Scope scope(dispatch);
   if (is_checked) [[unlikely]]
-    record.supervision->running[worker.index].chain_instance.store(dispatch.chain_instance);
+    record.begin_checked(worker.index, dispatch);
   ThreadUsage before;
   if (worker.trace != nullptr) [[unlikely]]
     before = ThreadUsage::now();

@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 
 #include "takt/base/logger.hpp"
+#include "takt/entities/execution_watch.hpp"
 #include "takt/executors/latency_slices.hpp"
 #include "takt/nodes/chain.hpp"
 #include "takt/nodes/chain_join.hpp"
@@ -105,7 +106,7 @@ void Observed::trace(TraceRing& ring, const Slot& slot, const ExecutionTimes& at
 bool Observed::must_be_checked(const CallbackSettings& with) const noexcept {
   return with.info.deadline != Nanoseconds::zero() || with.info.budget != Nanoseconds::zero() ||
          with.overrun != OverrunPolicy::catch_up || supervision->on_overrun ||
-         !entity->chain_steps().empty();
+         !entity->chain_steps().empty() || entity->execution_watch() != nullptr;
 }
 
 // The watchdog may have looked while the deadline moved from the release to the execution, so it is
@@ -115,10 +116,19 @@ void Observed::watch_execution(std::size_t worker, Watchdog* watchdog) noexcept 
   if (watchdog != nullptr && deadline != kNever) watchdog->expect(deadline);
 }
 
+void Observed::begin_checked(std::size_t worker, const Dispatch& dispatch) noexcept {
+  Supervision::Watch& watch = supervision->running[worker];
+  watch.chain_instance.store(dispatch.chain_instance);
+  if (entity->execution_watch() != nullptr) watch.used_before = thread_cpu_time();
+}
+
 void Observed::check_limits(DispatchLock& lock, std::size_t worker, const Slot& slot,
                             const Dispatch& dispatch, const ExecutionTimes& at) {
   const TimePoint start = at.start, end = at.end;
   Supervision::Watch& watch = supervision->running[worker];
+  ExecutionWatch* const assumed = entity->execution_watch().get();
+  const Nanoseconds used =
+      assumed != nullptr ? thread_cpu_time() - watch.used_before : Nanoseconds::zero();
   watch.chain_instance.store(0);
   // The thread that clears the deadline reports the miss.
   const bool is_reported = watch.is_watched && watch.deadline.exchange(kNever) == kNever;
@@ -128,6 +138,7 @@ void Observed::check_limits(DispatchLock& lock, std::size_t worker, const Slot& 
   const bool has_missed = end > deadline;
   const bool is_over_budget = budget != Nanoseconds::zero() && end - start > budget;
   const bool has_overrun = is_over_budget || (is_timer() && entity->next_release() < end);
+  if (assumed != nullptr) assumed->check(slot.ready_time, end, used);
   if (has_missed) ++counts.deadline_misses;
   if (is_over_budget) ++counts.overruns;
   const bool is_bad = has_missed || has_overrun;

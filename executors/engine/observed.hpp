@@ -59,6 +59,7 @@ struct Supervision {
     bool is_watched = false;
     std::atomic<TimePoint> deadline{kNever};
     std::atomic<std::uint64_t> chain_instance{0};  // the running one
+    Nanoseconds used_before{0};                    // processor time of the thread, if it is watched
   };
   explicit Supervision(std::size_t workers) : running(workers) {}
 
@@ -154,6 +155,9 @@ struct Observed {
   /// With the lock held: the callback was picked, and has limits to keep.
   [[gnu::cold, gnu::noinline]] void watch_execution(std::size_t worker,
                                                     Watchdog* watchdog) noexcept;
+  /// Without it: the callback begins.
+  [[gnu::cold, gnu::noinline]] void begin_checked(std::size_t worker,
+                                                  const Dispatch& dispatch) noexcept;
   /// Without it: evaluates the end of an execution by its deadline and budget, the next release,
   /// and its chains. Throws what the user's handlers throw.
   [[gnu::cold, gnu::noinline]] void check_limits(DispatchLock& lock, std::size_t worker,

@@ -17,6 +17,18 @@ namespace {
 
 using nlohmann::json;
 
+// As tools/takt/analyze/program_nodes.cpp reads it.
+json describe(const takt::QoS& qos) {
+  const auto& [depth, reliability, durability, liveliness, deadline, lifespan, lease] = qos;
+  return {depth,
+          reliability == takt::Reliability::reliable,
+          durability == takt::Durability::transient_local,
+          liveliness == takt::Liveliness::manual_by_topic,
+          deadline.count(),
+          lifespan.count(),
+          lease.count()};
+}
+
 json describe(const takt::Entity& entity) {
   json result = {{"kind", std::string(to_string(entity.kind()))},
                  {"name", entity.name()},
@@ -24,7 +36,7 @@ json describe(const takt::Entity& entity) {
   if (entity.kind() == takt::EntityKind::timer) result["period_ns"] = entity.period().count();
   if (const auto* subscription = dynamic_cast<const takt::SubscriptionBase*>(&entity)) {
     result["topic"] = subscription->topic();
-    result["depth"] = subscription->qos().depth;
+    result["qos"] = describe(subscription->qos());
   }
   return result;
 }
@@ -43,7 +55,11 @@ json describe(const takt::Node& node) {
     callbacks.push_back(describe(*entity));
   }
   for (const std::string& topic : node.topics()) {
-    if (node.publishing_callbacks(topic)) topics.push_back(topic);
+    const auto publishing = node.publishing_callbacks(topic);
+    if (!publishing) continue;
+    for (const auto& [qos, loans] : publishing->publishers) {
+      topics.push_back({{"topic", topic}, {"qos", describe(qos)}, {"loans", loans}});
+    }
   }
   return {{"name", name}, {"groups", groups}, {"callbacks", callbacks}, {"publishes", topics}};
 }

@@ -231,6 +231,7 @@ AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options
   for (SystemDescription& process : split(file.system, Composition::file)) {
     const std::vector<ThreadDescription> threads = process.threads;
     process.dds.reset();  // nothing runs
+    process.watches_bounds = false;
     if (!file.system.machine.cpus.empty()) forget_cpus(process.threads);
     file.containers.push_back(std::make_unique<Container>(process, overrides));
     file.processes.push_back(file.containers.back()->modelled());

@@ -15,6 +15,17 @@ using Message = std_msgs::msg::String;
 using Service = rcl_interfaces::srv::GetParameters;
 using Groups = std::map<std::string, std::shared_ptr<CallbackGroup>>;
 
+// As rclcpp/src/description.cpp writes it.
+QoS qos_of(const json& written) {
+  QoS qos(written.at(0).get<std::size_t>());
+  if (!written.at(1).get<bool>()) qos.best_effort();
+  if (written.at(2).get<bool>()) qos.transient_local();
+  if (written.at(3).get<bool>()) qos.liveliness(Liveliness::manual_by_topic);
+  return qos.deadline(Nanoseconds(written.at(4)))
+      .lifespan(Nanoseconds(written.at(5)))
+      .liveliness_lease_duration(Nanoseconds(written.at(6)));
+}
+
 std::shared_ptr<void> make_callback(Node& node, const json& callback, const Groups& groups) {
   const std::string kind = callback.at("kind"), full = callback.at("name");
   const std::string name = full.substr(0, full.find('#'));  // the node numbers the second again
@@ -25,7 +36,7 @@ std::shared_ptr<void> make_callback(Node& node, const json& callback, const Grou
   }
   if (kind == "subscription") {
     return node.create_subscription<Message>(
-        name, callback.at("depth").get<std::size_t>(), [](const Message&) {}, group);
+        name, qos_of(callback.at("qos")), [](const Message&) {}, group);
   }
   if (kind == "service") {
     return node.create_service<Service>(
@@ -81,8 +92,10 @@ void ProgramNodes::add(const json& description, const SystemDescription& file) {
   for (const json& callback : description.at("callbacks")) {
     handles_.push_back(make_callback(*node, callback, groups));
   }
-  for (const std::string topic : description.at("publishes")) {
-    handles_.push_back(node->create_publisher<Message>(topic, 1));
+  for (const json& publisher : description.at("publishes")) {
+    handles_.push_back(node->create_publisher<Message>(publisher.at("topic").get<std::string>(),
+                                                       qos_of(publisher.at("qos")),
+                                                       {.loans = publisher.at("loans")}));
   }
   nodes_.push_back(node);
 }

@@ -45,7 +45,7 @@ struct Options {
                                     transport = "auto", duration, trace, recordings;
   ResultFiles results;
   std::vector<std::string> load;
-  bool histograms = false;
+  bool histograms = false, watches_bounds = false;
 };
 
 /// `content`: of the variable, which an error must name if nobody has given the option.
@@ -164,7 +164,8 @@ ContainerOverrides overrides(const Options& options) {
           .placement = parse_placement(options.placement),
           .scheduler = options.scheduler,
           .trace_events = trace_events(options),
-          .slices = slices_for(duration_of(options))};
+          .slices = slices_for(duration_of(options)),
+          .watches_bounds = options.watches_bounds};
 }
 
 /// What makes this program one process of the same system.
@@ -240,6 +241,22 @@ void note_placement(const rt::Run& run, const Options& options) {
       options.executor, fmt::join(names, ", "));
 }
 
+/// Each process would know only its own part of what bounds rest on.
+void check_watching(const std::vector<SystemDescription>& system, const Options& options) {
+  const bool watches = options.watches_bounds ||
+                       std::any_of(system.begin(), system.end(),
+                                   [](const auto& process) { return process.watches_bounds; });
+  if (!watches) return;
+  const char* const what = options.watches_bounds ? "--watch-bounds" : "`analysis: {watch: true}`";
+  const auto refuse = [&](const std::string& why) {
+    throw Error(fmt::format("{} is for a file with one process: {}", what, why), "leave it out");
+  };
+  if (!program_words().empty()) refuse("this is a program");
+  if (options.composition == "dynamic" || options.file.empty())
+    refuse("components are loaded while it runs");
+  if (system.size() > 1) refuse(fmt::format("there are {}", system.size()));
+}
+
 /// As run_processes.
 FinishedRun run_system(const std::vector<SystemDescription>& system, const Options& options) {
   const Nanoseconds duration = duration_of(options);
@@ -270,6 +287,7 @@ void run(const Options& options) {
   if (!options.process.empty()) return serve_parent(options);
   options.results.check();
   const std::vector<SystemDescription> system = processes(options);
+  check_watching(system, options);
   auto [run, failed, signal] = run_system(system, options);
   run.file = options.name.empty() ? with_program(options.file) : "--name " + options.name;
   run.executor = options.executor.empty() ? "file" : options.executor;
@@ -351,6 +369,8 @@ void set_up(CLI::App* command) {
                                 "Duration of the run (default: until Ctrl-C)"));
   options->results.add_options(command, "the results");
   command->add_flag("--histograms", options->histograms, "Include histograms in these");
+  command->add_flag("--watch-bounds", options->watches_bounds,
+                    "Compare what runs with what `takt analyze` assumes, and say what deviates");
   add_output(*command, "--trace", options->trace,
              "Write a timeline for ui.perfetto.dev or chrome://tracing, and takt model");
   // Of a child of this command.

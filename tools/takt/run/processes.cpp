@@ -49,7 +49,8 @@ int wait_for_end(Nanoseconds duration, const EndSignals& signals, Container& con
       container.check_matches();
       check = kNever;
     }
-    const timespec time = to_timespec(std::min(progress.show(now), check - now));
+    const TimePoint look = container.watch_bounds();
+    const timespec time = to_timespec(std::min({progress.show(now), check - now, look - now}));
     ppoll(&events, 1, &time, nullptr);
     if (const int signal = signals.take(); signal != 0) return signal;
   }

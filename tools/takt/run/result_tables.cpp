@@ -142,6 +142,20 @@ void print_processes(const Run& run) {
   table.print("processes (allocations: on executor threads, while spinning)");
 }
 
+void print_deviations(const Run& run) {
+  if (!run.deviations) return;
+  if (run.deviations->empty()) {
+    rt::print("nothing has deviated from what the bounds rest on\n\n");
+    return;
+  }
+  ProcessTable table(run, {"assumption", "times", "what was seen", "bounds of"});
+  for (const ProcessResult::Deviation& row : *run.deviations) {
+    table.add(row.process, {row.id, count_cell(row.count), row.text,
+                            fmt::format("{}", fmt::join(row.chains, ", "))});
+  }
+  table.print("deviations from what the bounds rest on");
+}
+
 }  // namespace
 
 void print_result(const Run& run) {
@@ -150,6 +164,7 @@ void print_result(const Run& run) {
   print_topics(run);
   print_threads(run);
   print_processes(run);
+  print_deviations(run);
 }
 
 }  // namespace takt::tools

@@ -25,6 +25,7 @@ ACCEPTED = """accept:
   as_measured: a test
   not_seen: a test
   nothing_else_runs: of other tests
+  realtime_granted: a test
 """
 ROBOT = ACCEPTED + """
 threads:

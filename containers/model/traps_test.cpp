@@ -1,0 +1,249 @@
+// Systems that look as if they were in order: none of them may be called guaranteed.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/containers/component.hpp"
+#include "takt/containers/model/bound_of_test.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
+
+namespace takt::test {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+
+struct Trapped {
+  int number = 0;
+};
+TAKT_MESSAGE(Trapped, "test/msg/Trapped", number);
+
+/// Has no callbacks.
+class TrapEmpty : public Node {
+ public:
+  explicit TrapEmpty(const NodeOptions& options) : Node("empty", options) {}
+};
+
+/// Sends to `t` each 10 ms, in ways that its parameters choose.
+class TrapSender : public Node {
+ public:
+  explicit TrapSender(const NodeOptions& options) : Node("sender", options) {
+    const auto lifespan_us = declare_parameter<std::int64_t>("lifespan_us", 0);
+    const auto loans = declare_parameter<std::int64_t>("loans", 0);
+    const auto topics = declare_parameter<std::int64_t>("topics", 1);
+    const bool is_reliable = declare_parameter<bool>("reliable", true);
+    QoS qos(10);
+    qos.lifespan(std::chrono::microseconds(lifespan_us));
+    if (!is_reliable) qos.best_effort();
+    for (std::int64_t i = 0; i < topics; ++i) {
+      publishers_.push_back(create_publisher<Trapped>(
+          i == 0 ? "t" : fmt::format("t{}", i), qos,
+          {.loans = static_cast<std::size_t>(loans), .published_by = {"tick"}}));
+    }
+    timer_ = create_timer("tick", 10ms, [] {});
+  }
+
+ private:
+  std::vector<Publisher<Trapped>::SharedPtr> publishers_;
+  Timer::SharedPtr timer_;
+};
+
+/// Asks for what the parameter names, besides.
+class TrapReceiver : public Node {
+ public:
+  explicit TrapReceiver(const NodeOptions& options) : Node("receiver", options) {
+    const auto asks = declare_parameter<std::string>("asks", "");
+    QoS qos(10);
+    if (asks == "durability") qos.transient_local();
+    if (asks == "deadline") qos.deadline(1s);
+    if (asks == "liveliness") qos.liveliness(Liveliness::manual_by_topic);
+    if (asks == "lease_duration") qos.liveliness_lease_duration(1s);
+    subscription_ = create_subscription<Trapped>("t", qos, [](const Trapped&) {});
+  }
+
+ private:
+  std::shared_ptr<void> subscription_;
+};
+
+/// The same with a lifecycle.
+class TrapManaged : public LifecycleNode {
+ public:
+  explicit TrapManaged(const NodeOptions& options)
+      : LifecycleNode("managed", options),
+        subscription_(create_subscription<Trapped>("t", 10, [](const Trapped&) {})) {}
+
+ private:
+  std::shared_ptr<void> subscription_;
+};
+
+/// A sender of 100 us and a receiver of 1 ms on one thread, and what else somebody writes.
+struct TrapFile {
+  std::string top, sender, receiver = "takt::test::TrapReceiver", executor, path = "s/tick, r/t";
+
+  std::string text() const {
+    return "realtime: require\n" + top + R"(
+threads: {main_cpu: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
+executors: {default: {threads: [main_cpu], )" +
+           (executor.empty() ? "type: events" : executor) + R"(}}
+chains: [{name: c, deadline: 50ms, path: [)" +
+           path + R"(]}]
+container:
+  name: trapped
+  components:
+    - component: takt::test::TrapSender
+      name: s
+      executor: default
+      parameters: {)" +
+           sender + R"(}
+      callbacks: {tick: {execution: 100us}}
+    - component: )" +
+           receiver + R"(
+      name: r
+      executor: default
+      callbacks: {t: {execution: 1ms}}
+)";
+  }
+  Analyzed analyzed(const MeasuredModel* measured = nullptr) const {
+    return test::analyzed(text(), measured, /*accepts_all=*/true);
+  }
+};
+
+TEST(Traps, TheOneWithoutATrapIsGuaranteed) {
+  EXPECT_EQ(TrapFile().analyzed().verdict(), Verdict::guaranteed);
+}
+
+// `isolated` has a thread for each node, and the model had one for each that has callbacks: 'y'
+// was guaranteed the thread of 'e', which is more urgent than its own.
+TEST(Traps, ANodeWithoutCallbacksHasAThread) {
+  const auto bound = [](const char* before) {
+    return *bound_of(fmt::format(R"(
+threads:
+  hot: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}
+  mid: {{policy: SCHED_FIFO, priority: 55, affinity: [0]}}
+  cold: {{policy: SCHED_FIFO, priority: 50, affinity: [0]}}
+executors:
+  apart: {{type: isolated, threads: [hot, cold]}}
+  other: {{type: events, threads: [mid]}}
+chains: [{{name: c, path: [y/y_timer]}}]
+container:
+  name: isolated_trap
+  components:
+    {}
+    - component: takt::Workload
+      name: y
+      executor: apart
+      parameters: {{publishers: {{topic: ["y"], period_us: [10000], work_us: [1000]}}}}
+    - component: takt::Workload
+      name: x
+      executor: other
+      parameters: {{publishers: {{topic: [x], period_us: [10000], work_us: [2000]}}}}
+)",
+                                 before))
+                .bound;
+  };
+  EXPECT_EQ(bound(""), 1ms);
+  EXPECT_EQ(bound("- {component: 'takt::test::TrapEmpty', name: e, executor: apart}"), 3ms);
+}
+
+// A publisher with two messages sends nothing while both wait: no queue overflows.
+TEST(Traps, ALentMessageMayBeOut) {
+  TrapFile file{.sender = "loans: 4"};
+  EXPECT_EQ(file.analyzed().verdict(), Verdict::guaranteed);
+  EXPECT_THAT(file.analyzed().text_of("as_declared"), HasSubstr("keeps no message"));
+  file.sender = "loans: 1";
+  const Analyzed found = file.analyzed();
+  EXPECT_EQ(found.verdict(), Verdict::may_lose);
+  EXPECT_THAT(found.bound().why_lossy, HasSubstr("lends 1 message, and"));
+}
+
+// 256 of them wait for the end of a period of logical execution time; the rest was dropped.
+TEST(Traps, APeriodHasRoomForSoMany) {
+  TrapFile file{.sender = "topics: 256", .executor = "type: triggered, let: 10ms"};
+  EXPECT_TRUE(file.analyzed().bound().bound);
+  file.sender = "topics: 257";
+  EXPECT_THAT(file.analyzed().bound().why_not, HasSubstr("257 messages in a period"));
+}
+
+// That of the file was read, and that of the code was not.
+TEST(Traps, ALifespanOfTheCodeCounts) {
+  TrapFile file{.sender = "lifespan_us: 500000"};
+  EXPECT_EQ(file.analyzed().verdict(), Verdict::guaranteed);
+  file.sender = "lifespan_us: 1";
+  EXPECT_EQ(file.analyzed().verdict(), Verdict::may_lose);
+}
+
+TEST(Traps, NothingPassesWhereLessIsOfferedThanAskedFor) {
+  const TrapFile file{.sender = "reliable: false"};
+  EXPECT_THAT(file.analyzed().bound().why_not,
+              HasSubstr("'/s' on '/t' offers less than '/r/t' asks for: reliability"));
+  for (const char* policy : {"durability", "deadline", "liveliness", "lease_duration"}) {
+    TrapFile asking;
+    asking.receiver += fmt::format("\n      parameters: {{asks: {}}}", policy);
+    EXPECT_THAT(asking.analyzed().bound().why_not, HasSubstr(policy));
+  }
+}
+
+TEST(Traps, NothingComesToANodeThatNobodyBringsUp) {
+  TrapFile file{.receiver = "takt::test::TrapManaged"};
+  EXPECT_THAT(file.analyzed().bound().why_not, HasSubstr("nobody brings '/r' up"));
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks.push_back({.name = "/s/tick",
+                                .executions = 1000,
+                                .longest_execution = 100us,
+                                .least_distances = {10ms},
+                                .causes = {{"/r/t", 1}}});
+  measured.callbacks.push_back(
+      {.name = "/r/t", .executions = 1000, .longest_execution = 1ms, .least_distances = {9ms}});
+  EXPECT_EQ(file.analyzed(&measured).verdict(), Verdict::guaranteed);
+  EXPECT_THAT(file.analyzed(&measured).text_of("as_measured"), HasSubstr("somebody brings"));
+  file.top = "lifecycle: {bring_up: [r]}\n";
+  EXPECT_TRUE(file.analyzed().bound().bound);
+  // A run in which it was not.
+  measured.callbacks[1] = {.name = "/r/t"};
+  EXPECT_THAT(file.analyzed(&measured).bound().why_not, HasSubstr("did not run"));
+}
+
+TEST(Traps, NothingComesWhereNobodySends) {
+  TrapFile file{.path = "r/t"};
+  EXPECT_EQ(file.analyzed().verdict(), Verdict::guaranteed);
+  file.receiver = "takt::test::TrapReceiver\n      remap: {t: nobody}";
+  EXPECT_THAT(file.analyzed().bound().why_not, HasSubstr("nothing comes to '/r/t'"));
+}
+
+TEST(Traps, ProcessesThatDoNotFindEachOtherSendNothing) {
+  const auto found = [](const char* discovery) {
+    return analyzed(fmt::format(R"(
+dds: {{discovery: "{}"}}
+topics: {{/x: {{delay: {{max: 1ms}}}}}}
+threads:
+  a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}
+  b: {{policy: SCHED_FIFO, priority: 60, affinity: [1]}}
+machine: {{cpus: [0, 1]}}
+executors: {{a: {{type: events, threads: [a]}}, b: {{type: events, threads: [b]}}}}
+containers:
+  - {{name: p1, components: [{{component: takt::Workload, name: x, executor: a, parameters: {{publishers: {{topic: [x], period_us: [20000], work_us: [100]}}}}}}]}}
+  - {{name: p2, components: [{{component: takt::Workload, name: y, executor: b, parameters: {{subscriptions: {{topic: [x], work_us: [100]}}}}}}]}}
+chains: [{{name: c, deadline: 150ms, path: [x/x_timer, y/x]}}]
+)",
+                                discovery))
+        .bound();
+  };
+  EXPECT_TRUE(found("localhost").bound);
+  EXPECT_THAT(found("off").why_not, HasSubstr("do not find each other"));
+}
+
+// A run that is refused its priorities goes on, unless the file requires them.
+TEST(Traps, PrioritiesThatMayBeRefusedAreAssumed) {
+  std::string text = TrapFile().text();
+  EXPECT_EQ(analyzed(text).assumption("realtime_granted")->state, Assumption::State::checked);
+  text.replace(text.find("require"), 7, "prefer");
+  EXPECT_EQ(analyzed(text).assumption("realtime_granted")->state, Assumption::State::unchecked);
+}
+
+}  // namespace
+}  // namespace takt::test
+
+TAKT_REGISTER_COMPONENT(takt::test::TrapEmpty, "has no callbacks")
+TAKT_REGISTER_COMPONENT(takt::test::TrapSender, "sends")
+TAKT_REGISTER_COMPONENT(takt::test::TrapReceiver, "receives")
+TAKT_REGISTER_COMPONENT(takt::test::TrapManaged, "receives when it is active")

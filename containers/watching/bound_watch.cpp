@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/watching/bound_watch.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "takt/base/available_cpus.hpp"
+#include "takt/base/logger.hpp"
+#include "takt/sched/threads/thread_attributes.hpp"
+
+namespace takt {
+namespace {
+
+using analysis::kUnbounded;
+
+// Limit: arrivals in a row whose distances are compared. At it: more are not looked at together.
+// Seen: nothing.
+constexpr analysis::Count kMostArrivals = 8;
+// Limit: deviations that are told apart. At it: others are counted together. Seen: "others".
+constexpr std::size_t kMostDeviations = 100;
+
+std::string ms(Nanoseconds time) {
+  return fmt::format("{:.3f} ms", static_cast<double>(time.count()) / 1e6);
+}
+
+std::string_view id_of(Provenance times) {
+  switch (times) {
+    case Provenance::promised:
+      return "budgets_hold";
+    case Provenance::measured:
+      return "as_measured";
+    default:
+      return "as_declared";
+  }
+}
+
+bool has_senders(const SystemModel& model, std::size_t to) {
+  const auto& all = model.system.callbacks;
+  return std::any_of(all.begin(), all.end(), [&](const analysis::Callback& from) {
+    return std::any_of(from.outputs.begin(), from.outputs.end(),
+                       [&](const analysis::Output& output) { return output.to == to; });
+  });
+}
+
+ExecutionWatch::Limits limits_of(const SystemModel& model, const ModelBounds& bounds,
+                                 std::size_t index) {
+  const analysis::Callback& callback = model.system.callbacks[index];
+  ExecutionWatch::Limits limits;
+  if (model.callbacks[index].execution != Provenance::unknown) {
+    limits.execution = Nanoseconds(callback.execution + model.system.overheads.dispatch);
+  }
+  const analysis::Time bound = bounds.all.callbacks[index].bound;
+  if (bound < kUnbounded) limits.bound = Nanoseconds(bound);
+  if (callback.is_timer || !callback.arrivals || has_senders(model, index)) return limits;
+  for (analysis::Count count = 2; count <= kMostArrivals; ++count) {
+    limits.distances.emplace_back(callback.arrivals->least_distance(count));
+  }
+  return limits;
+}
+
+std::vector<std::string> chains_on(const SystemModel& model, const ModelBounds& bounds,
+                                   std::size_t executor) {
+  std::vector<std::string> result;
+  for (std::size_t i = 0; i < model.chains.size(); ++i) {
+    if (bounds.chains[i].bound && model.chains[i].executors.contains(executor)) {
+      result.push_back(model.chains[i].name);
+    }
+  }
+  return result;
+}
+
+std::uint64_t page_faults_of(int thread) {
+  std::ifstream file(fmt::format("/proc/self/task/{}/stat", thread));
+  std::string line;
+  std::getline(file, line);
+  const std::size_t name_ends = line.rfind(')');  // a name may have spaces
+  if (name_ends == line.npos) return 0;
+  std::istringstream rest(line.substr(name_ends + 1));
+  std::string skipped;
+  for (int i = 3; i < 10; ++i) rest >> skipped;
+  std::uint64_t minor = 0, of_children = 0, major = 0;
+  rest >> minor >> of_children >> major;
+  return minor + major;
+}
+
+std::map<int, std::uint64_t> stolen_ticks() {
+  std::map<int, std::uint64_t> result;
+  std::ifstream file("/proc/stat");
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with("cpu") || line.starts_with("cpu ")) continue;
+    std::istringstream words(line.substr(3));
+    int cpu = 0;
+    std::uint64_t value = 0;
+    words >> cpu;
+    for (int i = 0; i < 8; ++i) words >> value;  // user … steal
+    result[cpu] = value;
+  }
+  return result;
+}
+
+}  // namespace
+
+BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
+                       const ModelledProcess& process) {
+  for (std::size_t i = 0; i < process.callbacks.size(); ++i) {
+    const SystemModel::Callback& facts = model.callbacks[i];
+    const analysis::Callback& callback = model.system.callbacks[i];
+    Watched& watched = callbacks_.emplace_back();
+    watched.name = process.callbacks[i].node->fully_qualified_name() + "/" +
+                   process.callbacks[i].entity->name();
+    watched.chains = chains_on(model, bounds, callback.executor);
+    watched.times = model.system.overheads.dispatch == 0 ? "overheads_are_zero"
+                                                         : std::string(id_of(facts.execution));
+    watched.arrivals = process.callbacks[i].described.arrival || facts.measured_executions == 0
+                           ? "as_declared"
+                           : "as_measured";
+    watched.may_come_from_outside = callback.arrivals.has_value();
+    watched.watch = std::make_shared<ExecutionWatch>(limits_of(model, bounds, i));
+    process.callbacks[i].entity->set_execution_watch(watched.watch);
+  }
+  for (std::size_t i = 0; i < model.chains.size(); ++i) {
+    const ModelBounds::Chain& bound = bounds.chains[i];
+    if (!bound.bound) continue;
+    chains_[model.chains[i].name] = *bound.bound;
+    all_.push_back(model.chains[i].name);
+    if (!bound.why_lossy.empty()) continue;
+    for (const std::size_t callback : model.system.chains[model.chains[i].index].callbacks) {
+      callbacks_[callback].must_keep.push_back(model.chains[i].name);
+    }
+  }
+}
+
+void BoundWatch::begin(const std::vector<int>& threads) {
+  preemptions_.begin(threads);
+  before_ = figures(threads);
+}
+
+// ---- Looks ----
+
+void BoundWatch::look(const std::vector<int>& threads,
+                      const std::vector<CallbackStatistics>& callbacks,
+                      const std::vector<std::shared_ptr<Chain>>& chains) {
+  for (Watched& watched : callbacks_) {
+    const auto counted =
+        std::find_if(callbacks.begin(), callbacks.end(), [&](const CallbackStatistics& each) {
+          return watched.name == each.node + "/" + each.callback;
+        });
+    look_at_callback(watched, counted != callbacks.end() ? *counted : CallbackStatistics());
+  }
+  for (const auto& chain : chains) look_at_chain(*chain);
+  look_at_machine(threads);
+}
+
+void BoundWatch::look_at_callback(Watched& callback, const CallbackStatistics& counted) {
+  using Kind = ExecutionWatch::Kind;
+  const auto [long_ones, longest, most] = callback.watch->seen(Kind::execution);
+  if (long_ones != 0) {
+    report(callback.times, callback.name,
+           fmt::format("'{}' took {} of processor time, and no more than {} was assumed",
+                       callback.name, ms(longest), ms(most)),
+           long_ones, callback.chains);
+  }
+  const auto [late_ones, latest, bound] = callback.watch->seen(Kind::bound);
+  if (late_ones != 0) {
+    report("bound", callback.name,
+           fmt::format("'{}' ended {} after its arrival, and its bound is {}", callback.name,
+                       ms(latest), ms(bound)),
+           late_ones, callback.chains);
+  }
+  const auto [close_ones, closest, least] = callback.watch->seen(Kind::arrivals);
+  if (close_ones != 0) {
+    report(callback.arrivals, callback.name,
+           fmt::format("arrivals of '{}' came within {}, and no less than {} was assumed",
+                       callback.name, ms(closest), ms(least)),
+           close_ones, callback.chains);
+  }
+  if (counted.from_outside != 0 && !callback.may_come_from_outside) {
+    report("no_other_publishers", callback.name,
+           fmt::format("a process that is not of the file sent to '{}'", callback.name),
+           counted.from_outside, callback.chains);
+  }
+  const std::uint64_t lost = counted.dropped + counted.skipped;
+  if (lost != 0 && !callback.must_keep.empty()) {
+    report("bound", callback.name + " lost",
+           fmt::format("'{}' lost messages or releases, and none was to be lost", callback.name),
+           lost, callback.must_keep);
+  }
+}
+
+void BoundWatch::look_at_chain(const Chain& chain) {
+  const std::uint64_t count = chain.beyond_bound();
+  if (count == 0) return;
+  const std::string& name = chain.options().name;
+  report("bound", name,
+         fmt::format("chain '{}' took {}, and its bound is {}", name,
+                     ms(chain.statistics().latency.max()), ms(chains_[name])),
+         count, {name});
+}
+
+void BoundWatch::look_at_machine(const std::vector<int>& threads) {
+  for (const Preemptions::Found& found : preemptions_.look(threads)) {
+    const std::string by = found.by.empty() ? "something" : found.by;
+    // A thread of this process that runs no callbacks is Takt's own, or one of DDS.
+    report(found.is_ours ? "dds_threads_elsewhere" : "nothing_else_runs", by + found.thread,
+           fmt::format("{} ran before '{}', on its CPU", by, found.thread),
+           counted_so_far("preempted", by + found.thread, found.count), all_);
+  }
+  const Figures now = figures(threads);
+  for (const auto& [thread, faults] : now.page_faults) {
+    const auto before = before_.page_faults.find(thread);
+    if (before == before_.page_faults.end() || faults == before->second) continue;
+    const std::string name = thread_state(thread).name;
+    report("no_page_faults", name, fmt::format("thread '{}' waited for pages of memory", name),
+           counted_so_far("faults", name, faults - before->second), all_);
+  }
+  for (const auto& [cpu, ticks] : now.stolen) {
+    const auto before = before_.stolen.find(cpu);
+    const auto& mine = available_cpus();
+    const bool is_ours = std::find(mine.begin(), mine.end(), cpu) != mine.end();
+    if (!is_ours || before == before_.stolen.end() || ticks == before->second) continue;
+    report("host_not_shared", std::to_string(cpu),
+           fmt::format("the host took CPU {} away; counted in ticks of 10 ms", cpu),
+           counted_so_far("stolen", std::to_string(cpu), ticks - before->second), all_);
+  }
+  if (now.rt_runtime_us != before_.rt_runtime_us) {
+    report("rt_runtime_as_here", "",
+           fmt::format("`sched_rt_runtime_us` was {}, and is {}", before_.rt_runtime_us,
+                       now.rt_runtime_us),
+           counted_so_far("throttling", "", 1), all_);
+  }
+  before_ = now;
+}
+
+void BoundWatch::changed(const std::string& what) {
+  report("nothing_is_changed", what, what, counted_so_far("changes", what, 1), all_);
+}
+
+void BoundWatch::refused(const std::string& thread, const std::string& why) {
+  report("realtime_granted", thread, why, 1, all_);
+}
+
+BoundWatch::Figures BoundWatch::figures(const std::vector<int>& threads) {
+  Figures result{.page_faults = {}, .stolen = stolen_ticks()};
+  for (const int thread : threads) result.page_faults[thread] = page_faults_of(thread);
+  std::ifstream("/proc/sys/kernel/sched_rt_runtime_us") >> result.rt_runtime_us;
+  return result;
+}
+
+std::uint64_t BoundWatch::counted_so_far(const char* kind, const std::string& what,
+                                         std::uint64_t more) {
+  return counts_[{kind, what}] += more;
+}
+
+void BoundWatch::report(const std::string& id, const std::string& of, const std::string& text,
+                        std::uint64_t count, const std::vector<std::string>& chains) {
+  if (chains.empty()) return;  // no bound rests on it
+  auto place = places_.find({id, of});
+  if (place == places_.end()) {
+    const bool has_room = found_.size() < kMostDeviations;
+    place =
+        places_.emplace(std::pair(id, of), has_room ? found_.size() : kMostDeviations - 1).first;
+    if (has_room) {
+      found_.push_back({.id = id, .text = text, .chains = chains});
+      log(LogLevel::warn, "{} ({}): the bound{} of {} rest{} on that", text, id,
+          chains.size() == 1 ? "" : "s", fmt::join(chains, ", "), chains.size() == 1 ? "s" : "");
+    } else {
+      found_.back() = {.id = "others", .text = "others", .count = found_.back().count};
+    }
+  }
+  ProcessResult::Deviation& deviation = found_[place->second];
+  if (deviation.id != id) {
+    ++deviation.count;
+    return;
+  }
+  deviation.text = text;
+  deviation.count = count;
+}
+
+}  // namespace takt

@@ -1,0 +1,83 @@
+// Whether a running system does what its analysis has assumed: `takt run --watch-bounds`.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_WATCHING_BOUND_WATCH_HPP_
+#define TAKT_CONTAINERS_WATCHING_BOUND_WATCH_HPP_
+
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "takt/base/visibility.hpp"
+#include "takt/containers/model/system_model.hpp"
+#include "takt/containers/result.hpp"
+#include "takt/containers/watching/preemptions.hpp"
+#include "takt/entities/execution_watch.hpp"
+#include "takt/nodes/chain.hpp"
+
+namespace TAKT_INTERNAL takt {
+
+/// Gives each callback its limits, see ExecutionWatch, and compares the rest when it looks: chains,
+/// losses, and what Linux counts for threads and CPUs.
+///
+/// What it cannot see: that a callback waited or sent more than was assumed, but by the bounds that
+/// break; a thread of somebody else that ran before one of the system without preempting it.
+/// Thread safety: none; `look` and `begin` from one thread.
+/// Real-time: no; only ExecutionWatch is on threads that run callbacks.
+class BoundWatch {
+ public:
+  /// Before executors run the callbacks.
+  BoundWatch(const SystemModel& model, const ModelBounds& bounds, const ModelledProcess& process);
+
+  /// What is counted from now on counts. `threads`: those that run callbacks.
+  void begin(const std::vector<int>& threads);
+  /// What is new since the last look is logged, if it is the first of its kind.
+  void look(const std::vector<int>& threads, const std::vector<CallbackStatistics>& callbacks,
+            const std::vector<std::shared_ptr<Chain>>& chains);
+  /// Somebody has loaded a component, unloaded one, or changed parameters of callbacks.
+  void changed(const std::string& what);
+  /// A thread that runs callbacks did not get what the file asks for.
+  void refused(const std::string& thread, const std::string& why);
+
+  const std::vector<ProcessResult::Deviation>& found() const noexcept { return found_; }
+  /// How it looks at who runs before the threads, and why it does so coarsely.
+  const std::string& note() const noexcept { return preemptions_.note(); }
+
+ private:
+  struct Watched {
+    std::string name;
+    std::vector<std::string> chains;     // whose bounds rest on it
+    std::string times, arrivals;         // the ids of what was assumed of these
+    std::vector<std::string> must_keep;  // those of the chains that it is on, which lose nothing
+    bool may_come_from_outside = false;
+    std::shared_ptr<ExecutionWatch> watch;
+  };
+  struct Figures {
+    std::map<int, std::uint64_t> page_faults;  // by thread
+    std::map<int, std::uint64_t> stolen;       // by CPU, in ticks
+    std::int64_t rt_runtime_us = 0;
+  };
+
+  void look_at_callback(Watched& callback, const CallbackStatistics& counted);
+  void look_at_chain(const Chain& chain);
+  void look_at_machine(const std::vector<int>& threads);
+  /// Sets how often it was seen.
+  void report(const std::string& id, const std::string& of, const std::string& text,
+              std::uint64_t count, const std::vector<std::string>& chains);
+  static Figures figures(const std::vector<int>& threads);
+  std::uint64_t counted_so_far(const char* kind, const std::string& what, std::uint64_t more);
+
+  std::vector<Watched> callbacks_;
+  std::map<std::string, Nanoseconds> chains_;  // their bounds
+  std::vector<std::string> all_;               // the names of these
+  Preemptions preemptions_;
+  Figures before_;
+  std::map<std::pair<std::string, std::string>, std::uint64_t> counts_;
+  std::vector<ProcessResult::Deviation> found_;
+  std::map<std::pair<std::string, std::string>, std::size_t> places_;  // in found_, by id and what
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_WATCHING_BOUND_WATCH_HPP_

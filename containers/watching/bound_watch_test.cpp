@@ -1,0 +1,162 @@
+// A container that compares what it does with what its bounds rest on.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/watching/bound_watch.hpp"
+
+#include <atomic>
+#include <functional>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/base/available_cpus.hpp"
+#include "takt/containers/component.hpp"
+#include "takt/containers/configuration/configuration_file_test.hpp"
+#include "takt/containers/container.hpp"
+#include "takt/sched/threads/thread_attributes.hpp"
+#include "takt/testing/eventually.hpp"
+
+namespace takt::test {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::AllOf;
+using ::testing::AnyOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::Field;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using Deviation = ProcessResult::Deviation;
+
+struct Seen {
+  int number = 0;
+};
+TAKT_MESSAGE(Seen, "test/msg/Seen", number);
+
+/// A timer that takes as long as its parameter says, and sends to `t`.
+class WatchedSender : public Node {
+ public:
+  explicit WatchedSender(const NodeOptions& options) : Node("sender", options) {
+    const Nanoseconds work = std::chrono::microseconds(declare_parameter<std::int64_t>("work", 0));
+    publisher_ = create_publisher<Seen>("t", 10, {.published_by = {"tick"}});
+    timer_ = create_timer("tick", 10ms, [this, work] {
+      const Nanoseconds before = thread_cpu_time();
+      while (thread_cpu_time() - before < work) {
+      }
+      publisher_->publish(Seen{});
+    });
+  }
+
+ private:
+  Publisher<Seen>::SharedPtr publisher_;
+  Timer::SharedPtr timer_;
+};
+
+class WatchedReceiver : public Node {
+ public:
+  explicit WatchedReceiver(const NodeOptions& options)
+      : Node("receiver", options),
+        subscription_(create_subscription<Seen>("t", 10, [](const Seen&) {})) {}
+
+ private:
+  std::shared_ptr<void> subscription_;
+};
+
+std::string with_work(int work_us, const char* policy = "") {
+  return fmt::format(R"(
+realtime: prefer
+machine: {{exclusive: true, rt_runtime: unlimited, overheads: {{dispatch: 1ms, wake: 1ms}}}}
+analysis: {{watch: true}}
+threads: {{one: {{affinity: [{}]{}}}}}
+executors: {{default: {{type: events, threads: [one]}}}}
+chains: [{{name: c, path: [s/tick, r/t]}}]
+container:
+  name: watched
+  components:
+    - component: takt::test::WatchedSender
+      name: s
+      executor: default
+      parameters: {{work: {}}}
+      callbacks: {{tick: {{execution: 1ms}}}}
+    - component: takt::test::WatchedReceiver
+      name: r
+      executor: default
+      callbacks: {{t: {{execution: 1ms}}}}
+)",
+                     available_cpus().front(), policy, work_us);
+}
+
+/// Runs it until the receiver has got something.
+std::vector<Deviation> deviations_of(const std::string& text,
+                                     const std::function<void(Container&)>& meanwhile = {}) {
+  const ConfigurationFile file("watched.yaml", text);
+  Container container(file.read());
+  container.start();
+  container.release();
+  EXPECT_TRUE(eventually([&] {
+    const auto rows = container.statistics().callbacks;
+    return std::any_of(rows.begin(), rows.end(),
+                       [](const auto& each) { return each.callback == "t" && each.received >= 2; });
+  }));
+  if (meanwhile) meanwhile(container);
+  container.hold();
+  container.stop();
+  return container.result().deviations.value();
+}
+
+auto is(const std::string& id, const std::string& text) {
+  return AllOf(Field(&Deviation::id, id), Field(&Deviation::text, HasSubstr(text)),
+               Field(&Deviation::chains, ElementsAre("c")));
+}
+
+TEST(BoundWatch, SeesWhatIsLongerThanWasAssumed) {
+  EXPECT_THAT(deviations_of(with_work(0)), Not(Contains(is("as_declared", "processor time"))));
+  const auto found = deviations_of(with_work(30'000));  // each takes 2 ms, with its dispatch
+  EXPECT_THAT(found, Contains(is("as_declared", "'/s/tick' took 30.")));
+  EXPECT_THAT(found, Contains(is("bound", "'/s/tick' ended ")));
+  EXPECT_THAT(found, Contains(is("bound", "chain 'c' took ")));
+}
+
+TEST(BoundWatch, SeesChanges) {
+  const auto found = deviations_of(with_work(0), [](Container& container) {
+    container.change_parameters("{s: {callbacks: {tick: {priority: 3}}}}");
+  });
+  EXPECT_THAT(found, Contains(is("nothing_is_changed", "parameters")));
+}
+
+TEST(BoundWatch, SaysWhyNothingCanBeWatched) {
+  std::string text = with_work(0);
+  text.replace(text.find("exclusive: true, "), 17, "");
+  const ConfigurationFile file("unbounded.yaml", text);
+  EXPECT_THAT([&] { Container container(file.read()); },
+              ::testing::ThrowsMessage<Error>(HasSubstr("no chain has a bound")));
+}
+
+// By a thread of this process, as those of DDS are.
+TEST(BoundWatch, SeesWhoPreempts) {
+  std::atomic<bool> may_end{false};
+  bool has_rights = true;
+  std::thread rival([&] {
+    const ThreadState state = apply({.name = "rival",
+                                     .policy = ThreadPolicy::fifo,
+                                     .priority = 20,
+                                     .affinity = {available_cpus().front()}},
+                                    Realtime::prefer);
+    has_rights = state.refused.empty();
+    EXPECT_TRUE(!has_rights || eventually([&] { return may_end.load(); }));
+  });
+  std::vector<Deviation> found;
+  EXPECT_NO_THROW(found = deviations_of(with_work(5'000, ", policy: SCHED_FIFO, priority: 10")));
+  may_end.store(true);
+  rival.join();
+  if (!has_rights) GTEST_SKIP() << "no right to real-time priorities";
+  EXPECT_THAT(found, Contains(AnyOf(is("dds_threads_elsewhere", "'rival'"),
+                                    is("nothing_else_runs", "something ran before 'one'"))));
+}
+
+}  // namespace
+}  // namespace takt::test
+
+TAKT_REGISTER_COMPONENT(takt::test::WatchedSender, "takes its time")
+TAKT_REGISTER_COMPONENT(takt::test::WatchedReceiver, "receives")

@@ -1,0 +1,55 @@
+// The threads that take the CPU away from those of this process.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_WATCHING_PREEMPTIONS_HPP_
+#define TAKT_CONTAINERS_WATCHING_PREEMPTIONS_HPP_
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_INTERNAL takt {
+
+/// By perf_event_open(2) of each CPU, where Linux permits that: each preemption, and who ran then.
+/// Otherwise by the involuntary switches of the threads that no other one of the system may
+/// preempt.
+/// Thread safety: none. Real-time: no; where it is permitted, each switch of a thread on these CPUs
+/// costs the kernel a record of 32 bytes.
+class Preemptions {
+ public:
+  struct Found {
+    std::string by;        // "'stress' (process 123)"; empty: not known
+    bool is_ours = false;  // a thread of this process
+    std::string thread;    // that it has preempted
+    std::uint64_t count = 0;
+  };
+
+  Preemptions();
+  ~Preemptions();
+  Preemptions(const Preemptions&) = delete;
+  Preemptions& operator=(const Preemptions&) = delete;
+
+  void begin(const std::vector<int>& threads);
+  /// Since the last look, of real-time threads among these.
+  std::vector<Found> look(const std::vector<int>& threads);
+  /// Why it looks coarsely; empty: it does not.
+  const std::string& note() const noexcept { return note_; }
+
+ private:
+  class Records;
+
+  std::vector<Found> by_records(const std::vector<int>& threads);
+  std::vector<Found> by_counts(const std::vector<int>& threads);
+
+  std::vector<std::unique_ptr<Records>> records_;  // by CPU; empty: coarsely
+  std::map<int, std::uint64_t> counts_;            // involuntary switches, by thread
+  std::string note_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_WATCHING_PREEMPTIONS_HPP_
