@@ -86,6 +86,12 @@ void SystemReader::refuse(const Value& value, const std::string& wanted) {
   errors_.add(value.line, subject(value) + " is " + content_of(value), "write " + wanted);
 }
 
+const SystemReader::Value* SystemReader::find(const Value& map, std::string_view whose,
+                                              std::string_view key) {
+  const bool is_ignored = ignored_key != nullptr && ignored_key(whose, key);
+  return is_ignored ? nullptr : document::find(map, key);
+}
+
 bool SystemReader::read_map(const Value& map, std::string_view whose,
                             const std::vector<Field>& fields) {
   if (is_describing()) {
@@ -111,7 +117,7 @@ bool SystemReader::read_map(const Value& map, std::string_view whose,
   })(map);
   if (!std::holds_alternative<document::Map>(map.content)) return false;
   for (const Field& field : fields) {
-    if (const Value* value = document::find(map, field.key)) {
+    if (const Value* value = find(map, whose, field.key)) {
       system_.keys.push_back(
           {std::string(whose), map.name, std::string(field.key), errors_.where(value->line)});
       field.read(*value);

@@ -20,6 +20,11 @@
 
 namespace TAKT_INTERNAL takt {
 
+/// For tests: keys that are passed over as if nobody had written them, by the kind of map. nullptr:
+/// none. See tools/check/ignored.py.
+using IgnoresKey = bool (*)(std::string_view map, std::string_view key);
+inline constinit IgnoresKey ignored_key = nullptr;
+
 /// Converts a document to a SystemDescription. It collects errors and continues, so that one run
 /// reports all of them. The same tables generate the reference: while describing, the reader visits
 /// every table without values, and each `Read` describes the values that it accepts.
@@ -43,6 +48,8 @@ class SystemReader {
   /// are used. `whose` is the name of the map in errors: "a thread".
   /// Returns whether it is a map with valid keys; values may still be invalid.
   bool read_map(const Value& map, std::string_view whose, const std::vector<Field>& fields);
+  /// A value of the map; nullptr: it has none, or a test ignores it.
+  static const Value* find(const Value& map, std::string_view whose, std::string_view key);
   /// The same for a whole file, of which nothing is shown if it has none of these keys.
   bool read_root(const Value& root, std::string_view whose, const std::vector<Field>& fields);
   /// Reads every value of a map with arbitrary keys, or of a list.

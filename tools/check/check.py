@@ -19,6 +19,7 @@ import classes
 import cpp_source
 import files as file_rules
 import limits
+import ignored
 import mutations
 import rclcpp_elements
 import waiting
@@ -338,6 +339,9 @@ def check_mutations(files):
         count = texts.get(path, "").count(right)
         if count != 1:
             yield Finding(mutations.PAGE, 1, "mutation", f"{name}: '{right}' stands {count} times in {path}")
+    if ignored.TABLE in texts:
+        for fact in ignored.without_mutation(texts[ignored.TABLE], mutations.MUTATIONS):
+            yield Finding(ignored.TABLE, 1, "mutation", f"'{fact}' counts, and no mutation is called 'ignored: {fact}'")
 
 
 def check_generated(listed, root):

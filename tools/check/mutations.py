@@ -32,7 +32,7 @@ SYSTEM = ("takt_cli", "{root}/tools/takt/tests/system_test.py", "{bin}/takt")
 SELFTEST = ("takt_cli", "{bin}/takt", "selftest", "--executors", "events", "--transports", "dds")
 # By UDP Cyclone delivers within a process on the publisher's thread; here other threads have work to do.
 SHARED_MEMORY = SELFTEST[:-1] + ("shm",)
-GUARANTEES = ("containers_test", "{bin}/containers_test", "--gtest_filter=Assumptions.*:Coverage.*:Guarantee.*:SystemModel.*")
+GUARANTEES = ("containers_test", "{bin}/containers_test", "--gtest_filter=Assumptions.*:Coverage.*:Guarantee.*:SystemModel.*:Traps.*")
 BOUNDS = ("analysis_test", "/usr/bin/env", "TAKT_RANDOM_SYSTEMS=2000", "{bin}/analysis_test",
           "--gtest_filter=RandomSystems.*")
 
@@ -98,19 +98,19 @@ MUTATIONS = {
     "the maximum of a run": ("measuring/row_json.cpp", "us(«histogram.max()»)",
                              "histogram.percentile(0.999)", RESULTS),
     "spin time of a removed thread": ("executors/figures.hpp", 'sum("spin_time"', 'keep("spin_time"', PAST),
-    "a key without an entry counts as used": (
+    "ignored: an executor type: keys": (
         "containers/model/model_coverage.cpp", "‹if (entry != nullptr && entry->coverage != Coverage::not_covered) continue;›",
         "if (entry == nullptr || entry->coverage != Coverage::not_covered) continue;", GUARANTEES),
-    "lifecycle nodes are ignored": (
+    "ignored: change: lifecycle transition": (
         "containers/model/model_coverage.cpp", "‹if (node == nullptr || says_all || measured_ != nullptr) continue;›",
         "continue;", GUARANTEES),
-    "reserved threads are ignored": (
+    "ignored: a reserved thread: main": (
         "containers/model/model_coverage.cpp", "‹  if (!is_realtime(own.policy)) return;›",
         "  return;", GUARANTEES),
     "best effort is ignored": (
         "containers/model/model_links.cpp", "«end->qos().reliability == Reliability::best_effort»",
         "false", GUARANTEES),
-    "lifespans are ignored": (
+    "ignored: QoS: lifespan": (
         "containers/model/model_bounds.cpp", "«facts.lifespan != Nanoseconds::zero()» &&",
         "false", GUARANTEES),
     "global EDF keeps what the kernel admits": (
@@ -133,7 +133,7 @@ MUTATIONS = {
         "0", GUARANTEES),
     "overheads are zero in silence": (
         "containers/model/model_machine.cpp", '? «"overheads_are_zero"»', '"as_declared"', GUARANTEES),
-    "other threads are ignored": (
+    "ignored: change: somebody changes a thread from outside": (
         "containers/model/model_machine.cpp", "‹if (!may_meet || !(is_before || model_.system.for_realtime)) continue;›",
         "continue;", GUARANTEES),
     "a budget counts as checked": (
@@ -147,6 +147,64 @@ MUTATIONS = {
         "false", GUARANTEES),
     "what nobody checks is guaranteed": (
         "containers/model/model_chains.cpp", "«missing(chain, bound).empty()» ? Verdict::guaranteed", "true", GUARANTEES),
+}
+# Of the table of what a guarantee rests on: what is neither a key of the file nor a figure of a model, ignored.
+LINKS, THREADS, MODEL_PARTS = ("containers/model/model_links.cpp", "containers/model/model_threads.cpp",
+                               "containers/model/system_model.cpp")
+REFUSES = "policy = «publisher.qos.refuses(end->qos())»;"
+MUTATIONS |= {
+    f"ignored: {name}": (path, there, instead, GUARANTEES)
+    for name, path, there, instead in [
+        *[(f"QoS: {policy}", LINKS, REFUSES,
+           f'publisher.qos.refuses(end->qos()) == "{policy}" ? std::string_view() : publisher.qos.refuses(end->qos())')
+          for policy in ("reliability", "durability", "liveliness", "deadline", "lease_duration")],
+        ("QoS: depth", THREADS, "facts.depth = «end->qos().depth»;", "std::size_t{0}"),
+        ("publisher options: loans", LINKS, "if («loans == 0») return;", "true"),
+        ("publisher options: published_by", LINKS, "may_send = «names.empty() || is_declared || has_seen(from, to)»;", "true"),
+        ("publisher options: joins", LINKS, "output.waits = «way.joins»;", "false"),
+        ("trigger options: most_outputs", LINKS, "«outputs[i] <= most» ||", "true"),
+        ("an executor type: readiness", THREADS, "executor.is_wait_set = «traits.readiness == Readiness::wait_set»;", "false"),
+        ("an executor type: scheduler", THREADS, "description->scheduler.empty() ? «traits.scheduler» :",
+         'std::string("fifo")'),
+        ("an executor type: max_threads", THREADS, "own.resize(std::min(own.size(), «traits.max_threads»));", "SIZE_MAX"),
+        ("an executor type: pool", THREADS, "«traits.pool» ? std::max", "false"),
+        ("an executor type: isolates", THREADS, "if («!traits.isolates») {", "true"),
+        ("an executor type: triggered", THREADS, "«traits.rule != nullptr && !traits.triggered»", "traits.rule != nullptr"),
+        ("an executor type: rule", THREADS, "«traits.rule != nullptr && !traits.triggered»", "false"),
+        ("an executor type: workers", THREADS, "«traits.workers != nullptr»", "false"),
+        ("a scheduler type: order", THREADS, "executor.order = «schedulers().traits(scheduler).order»;",
+         "analysis::Order::by_urgency"),
+        ("a scheduler type: point", MODEL_PARTS, "point = «traits.point != nullptr» ?", "false"),
+        ("a kind of entity: timer", MODEL_PARTS, "described.longest_gap = «entity.period().count()»;", "analysis::Time{1}"),
+        ("a kind of entity: subscription", LINKS, "if («kind == EntityKind::subscription») link_publishers", "false"),
+        ("a kind of entity: service", LINKS, "if («kind == EntityKind::service») link_callers", "false"),
+        ("a kind of entity: client", LINKS, "if («kind == EntityKind::client») link_answers", "false"),
+        ("a kind of entity: waitable", MODEL_PARTS, "may_be_called = «!is_receiver || joins_dds()»;", "joins_dds()"),
+        ("change: a callback is made later", "containers/model/model_assumptions.cpp",
+         "‹  add_what_nodes_may_make();›", ""),
+        ("change: a peer comes to a topic", "containers/model/model_assumptions.cpp",
+         "«is_closed && !process_of(i)->is_program») continue;", "true"),
+        ("change: simulated time is switched on", MODEL_PARTS,
+         "«simulated != nullptr && simulated->simulates()»", "false"),
+    ]
+}
+OF_COMMAND = ("takt_cli", "{root}/tools/takt/tests/analyze_test.py", "{bin}/takt")
+PLACING = ("containers_test", "{bin}/containers_test", "--gtest_filter=*Guarantee*:Loading*:*Changes*:*Parameters*:*Manager*")
+MUTATIONS |= {
+    "ignored: a measured model: file": ("tools/takt/analyze/analyzed_file.cpp",
+                                        "«!model.file.empty()» && name(model.file)", "false", OF_COMMAND),
+    "ignored: a measured model: machine": ("tools/takt/analyze/analyzed_file.cpp",
+                                           "«lasting(model.machine) != here»", "false", OF_COMMAND),
+    "ignored: a measured model: executors": ("tools/takt/analyze/analyzed_file.cpp",
+                                             "‹  if (why.empty()) return;›", "  return;", OF_COMMAND),
+    "ignored: a measured model: components": ("tools/takt/analyze/analyzed_file.cpp",
+                                              "«seen != model.components.end() && seen->digest == component.digest»",
+                                              "true", OF_COMMAND),
+    "ignored: change: a callback gets other parameters": (
+        "containers/container_plan.cpp", "‹  const Errors errors = lost_guarantees(changes);›",
+        "  const Errors errors;", PLACING),
+    "ignored: change: a component is loaded": (
+        "containers/container_components.cpp", "Errors errors = «lost_guarantees(*loaded)»;", "Errors()", PLACING),
 }
 MUTATIONS |= {
     f"one of a hundred not recorded: {time}": (OBSERVED, f"‹{time}.record({value});›",

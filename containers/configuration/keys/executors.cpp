@@ -210,7 +210,7 @@ void ConfigurationReader::read_executor(const Value& value) {
   std::vector<Field> fields = executor_fields(executor, threads, is_sound);
   // The library and the type come before the others: the type says which keys it brings.
   for (Field* field : {&fields[0], &fields[1]}) {
-    const Value* found = is_describing() ? nullptr : document::find(value, field->key);
+    const Value* found = is_describing() ? nullptr : find(value, "an executor", field->key);
     if (found == nullptr) continue;
     field->read(*found);
     field->read = [](const Value&) {};

@@ -1,0 +1,394 @@
+// Each key of a file that counts in a bound has a test that sees it when it is passed over:
+// tools/check/ignored.py. Those that others do not have are here.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/containers/model/bound_of_test.hpp"
+
+namespace takt::test {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+
+/// A timer that sends to a receiver, 1 ms each, and two others of 2 ms beside them; what is written
+/// besides.
+struct KeyedFile {
+  std::string top, thread = "policy: SCHED_FIFO, priority: 50, affinity: [0]",
+                   executor = "type: events, scheduler: fixed_priority", x_keys, y_keys, z_keys,
+                   path = "x/x_timer, y/x", chain, more;
+
+  std::string text() const {
+    const auto timer = [](const char* name, int work_us, const std::string& keys) {
+      return fmt::format(
+          "    - component: takt::Workload\n      name: {0}\n      executor: default\n"
+          "      parameters: {{publishers: {{topic: [{0}], period_us: [10000], work_us: "
+          "[{1}]}}}}\n{2}",
+          name, work_us, keys);
+    };
+    return top + "\nthreads:\n  one: {" + thread +
+           "}\n  two: {policy: SCHED_FIFO, priority: 40, affinity: [1]}\n"
+           "executors:\n  default: {" +
+           executor + ", threads: [one]}\n  other: {type: events, threads: [two]}\n" +
+           "chains: [{name: c, deadline: 9ms, path: [" + path + "]" + chain + "}]\n" +
+           "container:\n  name: keyed\n  components:\n" + timer("x", 1000, x_keys) +
+           "    - component: takt::Workload\n      name: y\n      executor: default\n"
+           "      parameters: {subscriptions: {topic: [x], work_us: [1000]}}\n" +
+           y_keys + timer("z", 2000, z_keys) + timer("w", 2000, z_keys) + more;
+  }
+  Analyzed analyzed(const MeasuredModel* measured = nullptr) const {
+    return test::analyzed(text(), measured, /*accepts_all=*/true);
+  }
+  std::optional<Nanoseconds> bound() const { return analyzed().bound().bound; }
+};
+
+/// Keys of the callback that both of the others have.
+std::string of_others(const std::string& group) {
+  return "      callback_groups: {default: {" + group + "}}\n";
+}
+
+// ---- Callbacks and groups ----
+
+TEST(Keys, AGroupsPriorityCounts) {
+  KeyedFile file{.path = "x/x_timer", .chain = ", priority: 3"};
+  const auto before = file.bound();
+  file.z_keys = of_others("priority: 90");
+  EXPECT_GT(file.bound(), before);
+  file.z_keys = "";
+  file.x_keys = "      callbacks: {x_timer: {priority: 1}}\n";
+  const auto low = file.bound();
+  file.x_keys = "      callbacks: {x_timer: {priority: 90}}\n";
+  EXPECT_EQ(file.bound(), before);
+  file.z_keys = of_others("priority: 80");
+  EXPECT_EQ(file.bound(), before);
+  file.x_keys = "      callbacks: {x_timer: {priority: 1}}\n";
+  EXPECT_GT(file.bound(), low);
+}
+
+/// With chains of the others, too.
+KeyedFile with_chains(const std::string& priority) {
+  return {.executor = "type: events, scheduler: chain_priority",
+          .path = "x/x_timer",
+          .chain = priority +
+                   "}, {name: d, priority: 5, path: [z/z_timer]}, "
+                   "{name: e, priority: 5, path: [w/w_timer]"};
+}
+
+TEST(Keys, AChainsPriorityCounts) {
+  EXPECT_GT(with_chains(", priority: 1").bound(), with_chains(", priority: 9").bound());
+}
+
+TEST(Keys, AGroupsDeadlineOrdersItAndMayEndInstances) {
+  KeyedFile file{.executor = "type: events, scheduler: edf", .path = "x/x_timer"};
+  file.x_keys = of_others("deadline: 8ms");
+  const auto before = file.bound();
+  file.z_keys = of_others("deadline: 2ms");
+  EXPECT_GT(file.bound(), before);
+}
+
+TEST(Keys, AGroupsOverrunMayLoseOrDisorder) {
+  KeyedFile file;
+  EXPECT_EQ(file.analyzed().verdict(), Verdict::guaranteed);
+  file.y_keys = of_others("deadline: 1ms, overrun: abort");
+  EXPECT_EQ(file.analyzed().verdict(), Verdict::may_lose);
+}
+
+TEST(Keys, AGroupsBudgetAndPeriodArePromises) {
+  KeyedFile file{.path = "y/x", .more = R"(
+    - component: takt::test::KeyedReceiver
+      name: r
+      executor: default
+      callback_groups: {default: {budget: 2ms, period: 20ms}}
+)"};
+  const Analyzed found = file.analyzed();
+  const std::size_t last = found.model.callbacks.size() - 1;
+  EXPECT_EQ(found.model.callbacks[last].execution, Provenance::promised);
+  EXPECT_EQ(found.model.system.callbacks[last].execution, Nanoseconds(2ms).count());
+  ASSERT_TRUE(found.model.system.callbacks[last].arrivals);
+  EXPECT_EQ(found.model.system.callbacks[last].arrivals->least_distance(2),
+            Nanoseconds(20ms).count());
+}
+
+TEST(Keys, AGroupsExecutorServesIt) {
+  KeyedFile file{.path = "x/x_timer"};
+  const auto before = file.bound();
+  file.z_keys = of_others("executor: other");
+  EXPECT_LT(file.bound(), before);
+}
+
+TEST(Keys, CriticalityOrders) {
+  KeyedFile file = with_chains(", priority: 5");
+  file.x_keys = of_others("criticality: 8");
+  const auto before = file.bound();
+  file.z_keys = of_others("criticality: 9");
+  EXPECT_GT(file.bound(), before);
+  file.x_keys = "      callbacks: {x_timer: {criticality: 10}}\n";
+  EXPECT_EQ(file.bound(), before);
+}
+
+TEST(Keys, OutputsAndTheShortestExecutionMakeJitter) {
+  KeyedFile file;
+  const auto least = [&] { return file.analyzed().model.system.callbacks[0].least_execution; };
+  EXPECT_EQ(least(), Nanoseconds(1ms).count());
+  file.x_keys = "      callbacks: {x_timer: {outputs: any}}\n";
+  EXPECT_EQ(least(), 0);
+  file.x_keys = "      callbacks: {x_timer: {execution: {min: 300us, max: 2ms}}}\n";
+  EXPECT_EQ(least(), Nanoseconds(300us).count());
+  EXPECT_EQ(file.analyzed().model.system.callbacks[0].execution, Nanoseconds(2ms).count());
+}
+
+TEST(Keys, ArrivalsAreAsDeclared) {
+  const auto distances = [](const std::string& arrival) {
+    KeyedFile file{.more = R"(
+    - component: takt::test::KeyedReceiver
+      name: r
+      executor: default
+      callbacks: {nobody: {execution: 1ms, arrival: {)" +
+                           arrival + "}}}\n"};
+    const analysis::System system = file.analyzed().model.system;
+    return std::pair(system.callbacks.back().arrivals->least_distance(2),
+                     system.callbacks.back().arrivals->least_distance(3));
+  };
+  using Pair = std::pair<analysis::Time, analysis::Time>;
+  EXPECT_EQ(distances("period: 10ms"), Pair(10'000'000, 20'000'000));
+  EXPECT_EQ(distances("period: 10ms, jitter: 2ms"), Pair(8'000'000, 18'000'000));
+  EXPECT_EQ(distances("period: 10ms, jitter: 9ms, least_distance: 4ms").first, 4'000'000);
+  EXPECT_EQ(distances("distances: [3ms, 9ms]"), Pair(3'000'000, 9'000'000));
+}
+
+// ---- Topics ----
+
+/// Of a receiver that starves, so that messages wait.
+Analyzed with_topic(const std::string& keys) {
+  KeyedFile file{.top = keys.empty() ? "" : "topics: {/x: {" + keys + "}}",
+                 .x_keys = of_others("executor: other")};
+  std::string text = file.text();
+  const auto replace = [&](const std::string& what, const std::string& with) {
+    for (std::size_t at = 0; (at = text.find(what, at)) != text.npos; at += with.size()) {
+      text.replace(at, what.size(), with);
+    }
+  };
+  replace("topic: [x], period_us: [10000], work_us: [1000]",
+          "topic: [x], period_us: [1000], work_us: [10]");
+  replace("topic: [x], work_us: [1000]", "topic: [x], work_us: [10]");
+  replace("period_us: [10000], work_us: [2000]", "period_us: [200000], work_us: [12000]");
+  replace("deadline: 9ms", "deadline: 90ms");
+  return analyzed(text, nullptr, /*accepts_all=*/true);
+}
+
+TEST(Keys, TheDepthOfATopicMayBeTooSmall) {
+  EXPECT_EQ(with_topic("").verdict(), Verdict::may_lose);  // 10, and about 24 wait
+  EXPECT_EQ(with_topic("depth: 30").verdict(), Verdict::guaranteed);
+  EXPECT_EQ(with_topic("history: keep_all").verdict(), Verdict::guaranteed);
+  EXPECT_EQ(with_topic("profile: parameters").verdict(), Verdict::guaranteed);
+}
+
+TEST(Keys, ATopicThatIsKeptComesAtTheStart) {
+  EXPECT_THAT(with_topic("durability: transient_local").text_of("start_is_over"),
+              HasSubstr("as its topic keeps it"));
+}
+
+// The code asks for more than it offers; the file gives both the same.
+TEST(Keys, PoliciesOfTheFileDecideWhatPasses) {
+  const auto why_not = [](const std::string& asks, const std::string& topic) {
+    const std::string text = topic + R"(
+threads: {one: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
+executors: {default: {type: events, threads: [one]}}
+chains: [{name: c, path: [s/tick, r/t]}]
+container:
+  components:
+    - {component: takt::test::TrapSender, name: s, executor: default, callbacks: {tick: {execution: 1ms}}}
+    - {component: takt::test::TrapReceiver, name: r, executor: default, callbacks: {t: {execution: 1ms}}, parameters: {asks: )" +
+                             asks + "}}\n";
+    return bound_of(text).why_not;
+  };
+  for (const auto& [asks, keys] : {std::pair("durability", "durability: transient_local"),
+                                   {"deadline", "deadline: 100ms"},
+                                   {"liveliness", "liveliness: manual_by_topic"},
+                                   {"lease_duration", "lease_duration: 100ms"}}) {
+    EXPECT_THAT(why_not(asks, ""), HasSubstr(asks));
+    EXPECT_EQ(why_not(asks, fmt::format("topics: {{/t: {{{}}}}}", keys)), "") << keys;
+  }
+}
+
+// What is sure to take long is no jitter.
+TEST(Keys, TheShortestDelayCounts) {
+  const auto backlog = [](const char* delay) {
+    return analyzed(fmt::format(R"(
+topics: {{/x: {{delay: {{{}}}}}}}
+threads:
+  a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}
+  b: {{policy: SCHED_FIFO, priority: 60, affinity: [1]}}
+machine: {{cpus: [0, 1]}}
+executors: {{a: {{type: events, threads: [a]}}, b: {{type: events, threads: [b]}}}}
+containers:
+  - {{name: p1, components: [{{component: takt::Workload, name: x, executor: a, parameters: {{publishers: {{topic: [x], period_us: [2000], work_us: [100]}}}}}}]}}
+  - {{name: p2, components: [{{component: takt::Workload, name: y, executor: b, parameters: {{subscriptions: {{topic: [x], work_us: [100]}}}}}}]}}
+chains: [{{name: c, deadline: 150ms, path: [x/x_timer, y/x]}}]
+)",
+                                delay))
+        .bounds.all.callbacks[1]
+        .backlog;
+  };
+  EXPECT_GT(backlog("max: 9ms"), backlog("min: 8900us, max: 9ms"));
+}
+
+// ---- Threads and executors ----
+
+TEST(Keys, ADeadlineBelowThePeriodHasNoSupply) {
+  KeyedFile file{.thread = "policy: SCHED_DEADLINE, runtime: 4ms, deadline: 5ms, period: 10ms"};
+  EXPECT_THAT(file.analyzed().bound().why_not, HasSubstr("is shorter than its period"));
+}
+
+TEST(Keys, AnExecutorsTypeDecidesWhenCallbacksBecomeReady) {
+  KeyedFile file{.x_keys = of_others("priority: 90"), .path = "x/x_timer"};
+  const auto at_once = file.bound();
+  file.executor = "type: single_threaded, scheduler: fixed_priority";
+  EXPECT_GT(file.bound(), at_once);
+}
+
+TEST(Keys, EachGroupOfIsolatedMayHaveAThread) {
+  KeyedFile file{.executor = "type: isolated, per: group", .z_keys = of_others("priority: 60")};
+  const auto found = file.analyzed();
+  EXPECT_EQ(found.model.system.executors[0].share->priority, 50);
+  EXPECT_EQ(found.model.system.executors[2].share->priority, 60);
+  file.executor = "type: isolated, per: node";
+  EXPECT_EQ(file.analyzed().model.system.executors[2].share->priority, 50);
+}
+
+TEST(Keys, ATriggerMayWaitForEver) {
+  for (const char* trigger : {"all", "{one: z/z_timer}"}) {
+    KeyedFile file{.executor = fmt::format("type: triggered, trigger: {}", trigger)};
+    EXPECT_THAT(file.analyzed().bound().why_not, HasSubstr("may wait for ever"));
+  }
+}
+
+TEST(Keys, AListIsAnOrder) {
+  const auto place = [](const char* order) {
+    KeyedFile file{.executor = fmt::format("type: events, scheduler: listed, order: [{}]", order)};
+    return file.analyzed().model.system.callbacks[0].place;
+  };
+  EXPECT_LT(place("x/x_timer, z/z_timer, w/w_timer"), place("z/z_timer, w/w_timer, x/x_timer"));
+}
+
+// ---- Libraries ----
+
+TEST(Keys, ASchedulerOfALibraryIsAsked) {
+  KeyedFile file{.top = "schedulers: {good: {library: " TAKT_TEST_SCHEDULERS "}}",
+                 .executor = "type: events, scheduler: good"};
+  EXPECT_EQ(file.analyzed().model.system.executors[0].order, analysis::Order::arbitrary);
+}
+
+TEST(Keys, AnExecutorOfALibraryIsNotCovered) {
+  KeyedFile file{.executor = "type: sound, library: " TAKT_TEST_EXECUTORS};
+  EXPECT_EQ(file.analyzed().verdict(), Verdict::not_covered);
+}
+
+TEST(Keys, AComponentOfALibraryIsMade) {
+  KeyedFile file{.more = "    - {component: 'guests::Good', library: " TAKT_TEST_COMPONENTS
+                         ", name: guest, executor: default}\n"};
+  EXPECT_EQ(file.analyzed().model.chains.size(), 1u);
+}
+
+// ---- The file ----
+
+TEST(Keys, WhatIsWatchedIsChecked) {
+  KeyedFile file;
+  EXPECT_EQ(file.analyzed().assumption("no_page_faults")->state, Assumption::State::unchecked);
+  file.top = "analysis: {watch: true}";
+  EXPECT_EQ(file.analyzed().assumption("no_page_faults")->state, Assumption::State::checked);
+  EXPECT_EQ(file.analyzed().assumption("realtime_granted")->state, Assumption::State::checked);
+}
+
+TEST(Keys, ThreadsShareTheOnlyCpuOfAMachine) {
+  KeyedFile file{.top = "machine: {cpus: [0, 1]}", .thread = "policy: SCHED_FIFO, priority: 50"};
+  EXPECT_FALSE(file.analyzed().model.system.executors[0].share);
+  std::string text = file.text();
+  text.replace(text.find("[0, 1]"), 6, "[0]");
+  text.replace(text.find(", affinity: [1]"), 15, "");
+  EXPECT_TRUE(analyzed(text).model.system.executors[0].share);
+}
+
+TEST(Keys, AContainerKnowsTheModelThatItsFileNames) {
+  MeasuredModel measured{.duration = 10s};
+  KeyedFile file{.top = "dds: {discovery: localhost}"};
+  measured.path = "/m.yaml";
+  EXPECT_NE(file.analyzed(&measured).text_of("nothing_is_changed"), "");
+  file.top += "\nmodel: /m.yaml";
+  EXPECT_EQ(file.analyzed(&measured).text_of("nothing_is_changed"), "");
+}
+
+/// Of a program that has made its node itself.
+TEST(Keys, AProgramsNodesAreDescribedByTheFile) {
+  ignored_key = is_ignored;
+  const ConfigurationFile file("program.yaml", R"(
+threads: {one: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
+executors: {own: {type: events, threads: [one]}, other: {type: events}}
+chains: [{name: c, path: [n/tick]}]
+nodes:
+  n:
+    executor: own
+    callback_groups: {slow: {executor: other}}
+    callbacks: {tick: {execution: 1ms}}
+)");
+  const SystemDescription description = file.read();
+  ignored_key = nullptr;
+  const auto node = std::make_shared<Node>("n");
+  const auto timer = node->create_timer("tick", 10ms, [] {});
+  const auto slow = node->create_callback_group("slow", CallbackGroupType::MutuallyExclusive);
+  const auto late = node->create_timer(
+      "late", 10ms, [] {}, slow);
+  const Container container(description, {.find_node = [&](const auto&) { return node; }});
+  const ModelledProcess process = container.modelled();
+  const SystemModel model = make_system_model(description, container.plan().chains, {&process, 1});
+  ASSERT_EQ(model.callbacks.size(), 2u);
+  EXPECT_EQ(model.callbacks[0].execution, Provenance::declared);
+  EXPECT_EQ(model.system.executors[model.system.callbacks[0].executor].name, "own");
+  EXPECT_EQ(model.system.executors[model.system.callbacks[1].executor].name, "other");
+}
+
+// ---- A measured model ----
+
+TEST(Keys, AMeasuredJitterAndMeasuredCausesCount) {
+  KeyedFile file{.more = R"(
+    - component: takt::test::KeyedReceiver
+      name: r
+      executor: default
+)"};
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks.push_back({.name = "/r/nobody",
+                                .executions = 100,
+                                .longest_execution = 1ms,
+                                .period = 10ms,
+                                .jitter = 2ms});
+  const Analyzed found = file.analyzed(&measured);
+  EXPECT_EQ(found.model.system.callbacks.back().arrivals->least_distance(2),
+            Nanoseconds(8ms).count());
+  measured.callbacks.push_back({.name = "/x/x_timer",
+                                .executions = 100,
+                                .longest_execution = 1ms,
+                                .least_distances = {10ms},
+                                .causes = {{"/y/x", 3}}});
+  measured.callbacks.push_back({.name = "/y/x",
+                                .executions = 300,
+                                .longest_execution = 1ms,
+                                .least_distances = {0ms, 0ms, 10ms}});
+  EXPECT_EQ(file.analyzed(&measured).model.system.callbacks[0].outputs.at(0).messages, 3);
+}
+
+/// Gets what nobody sends.
+class KeyedReceiver : public Node {
+ public:
+  explicit KeyedReceiver(const NodeOptions& options) : Node("receiver", options) {
+    condition_ = create_guard_condition("nobody", [] {});
+  }
+
+ private:
+  GuardCondition::SharedPtr condition_;
+};
+
+}  // namespace
+}  // namespace takt::test
+
+TAKT_REGISTER_COMPONENT(takt::test::KeyedReceiver, "gets what nobody sends")
