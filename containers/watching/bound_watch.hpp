@@ -22,7 +22,7 @@ namespace TAKT_INTERNAL takt {
 /// losses, and what Linux counts for threads and CPUs.
 ///
 /// What it cannot see: that a callback waited or sent more than was assumed, but by the bounds that
-/// break; a thread of somebody else that ran before one of the system without preempting it.
+/// break.
 /// Thread safety: none; `look` and `begin` from one thread.
 /// Real-time: no; only ExecutionWatch is on threads that run callbacks.
 class BoundWatch {

@@ -66,6 +66,7 @@ class Preemptions::Records {
   struct Switch {
     std::uint32_t process = 0, thread = 0;            // that goes
     std::uint32_t next_process = 0, next_thread = 0;  // that comes
+    bool was_preempted = false;                       // else it sleeps now
   };
 
   explicit Records(int cpu) {
@@ -94,7 +95,7 @@ class Preemptions::Records {
   Records(const Records&) = delete;
   Records& operator=(const Records&) = delete;
 
-  /// Calls it with each preemption since the last time. Returns false if some were not recorded.
+  /// Calls it with each switch since the last time. Returns false if some were not recorded.
   template <class Visit>
   bool visit(Visit&& visit) {
     auto& head = *static_cast<perf_event_mmap_page*>(memory_);
@@ -106,12 +107,12 @@ class Preemptions::Records {
       const auto header = read<perf_event_header>(at);
       if (header.size == 0) break;
       is_complete = is_complete && header.type != PERF_RECORD_LOST;
-      constexpr unsigned kPreempted =
-          PERF_RECORD_MISC_SWITCH_OUT | PERF_RECORD_MISC_SWITCH_OUT_PREEMPT;
-      if (header.type == PERF_RECORD_SWITCH_CPU_WIDE && (header.misc & kPreempted) == kPreempted) {
+      if (header.type == PERF_RECORD_SWITCH_CPU_WIDE &&
+          (header.misc & PERF_RECORD_MISC_SWITCH_OUT) != 0) {
         const auto [next_process, next_thread, process, thread] =
             read<std::array<std::uint32_t, 4>>(at + sizeof(header));
-        visit(Switch{process, thread, next_process, next_thread});
+        visit(Switch{process, thread, next_process, next_thread,
+                     (header.misc & PERF_RECORD_MISC_SWITCH_OUT_PREEMPT) != 0});
       }
       at += header.size;
     }
@@ -166,25 +167,44 @@ std::vector<Preemptions::Found> Preemptions::by_records(const std::vector<int>& 
     });
   };
   std::map<std::uint32_t, bool> is_of_system;
+  const auto is_ours = [&](std::uint32_t process, std::uint32_t thread) {
+    if (thread == 0) return true;  // nobody
+    if (process == own) return find(thread) != ours.end();
+    const auto [known, is_new] = is_of_system.try_emplace(process);
+    if (is_new) known->second = is_of_this_system(process);
+    return known->second;
+  };
+  std::map<std::uint32_t, ThreadState> others;
   std::map<std::pair<std::string, std::string>, Found> found;
+  const auto add = [&](std::uint32_t process, std::uint32_t thread, const ThreadState& waited) {
+    const std::string by =
+        found.size() < kMostPreemptors ? name_of_process_thread(process, thread) : "others";
+    Found& one = found[{by, waited.name}];
+    one.by = by;
+    one.thread = waited.name;
+    one.is_ours = process == own;
+    ++one.count;
+  };
+  // One that is as urgent, and sleeps when one of ours comes, has let it wait.
+  const auto was_before = [&](std::uint32_t thread, const ThreadState& waited) {
+    const auto [known, is_new] = others.try_emplace(thread);
+    if (is_new) known->second = thread_state(static_cast<int>(thread));
+    const ThreadState& other = known->second;
+    return other.policy == ThreadPolicy::deadline ||
+           (is_realtime(other.policy) && waited.policy != ThreadPolicy::deadline &&
+            other.priority >= waited.priority);
+  };
   for (const auto& records : records_) {
     const bool is_complete = records->visit([&](const Records::Switch& change) {
-      const auto preempted = find(change.thread);
-      if (change.process != own || preempted == ours.end() || change.next_thread == 0) return;
-      if (change.next_process == own && find(change.next_thread) != ours.end()) return;
-      const auto [known, is_new] = is_of_system.try_emplace(change.next_process);
-      if (is_new) {
-        known->second = change.next_process != own && is_of_this_system(change.next_process);
+      const auto gone = find(change.thread);
+      const auto come = find(change.next_thread);
+      if (change.was_preempted && change.process == own && gone != ours.end()) {
+        if (!is_ours(change.next_process, change.next_thread))
+          add(change.next_process, change.next_thread, *gone);
+      } else if (!change.was_preempted && change.next_process == own && come != ours.end()) {
+        if (!is_ours(change.process, change.thread) && was_before(change.thread, *come))
+          add(change.process, change.thread, *come);
       }
-      if (known->second) return;
-      const std::string by = found.size() < kMostPreemptors
-                                 ? name_of_process_thread(change.next_process, change.next_thread)
-                                 : "others";
-      Found& one = found[{by, preempted->name}];
-      one.by = by;
-      one.thread = preempted->name;
-      one.is_ours = change.next_process == own;
-      ++one.count;
     });
     if (!is_complete && note_.empty()) {
       note_ = "switches of threads were too many to be recorded: some were not seen";

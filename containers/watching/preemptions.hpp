@@ -14,11 +14,11 @@
 
 namespace TAKT_INTERNAL takt {
 
-/// By perf_event_open(2) of each CPU, where Linux permits that: each preemption, and who ran then.
-/// Otherwise by the involuntary switches of the threads that no other one of the system may
-/// preempt.
-/// Thread safety: none. Real-time: no; where it is permitted, each switch of a thread on these CPUs
-/// costs the kernel a record of 32 bytes.
+/// By perf_event_open(2) of each CPU, where Linux permits that: each thread that preempts one of
+/// the system, or that is as urgent and has let it wait. Otherwise by the involuntary switches of
+/// the threads that no other one of the system may preempt. Thread safety: none. Real-time: no;
+/// where it is permitted, each switch of a thread on these CPUs costs the kernel a record of 32
+/// bytes.
 class Preemptions {
  public:
   struct Found {

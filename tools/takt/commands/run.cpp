@@ -254,6 +254,8 @@ void check_watching(const std::vector<SystemDescription>& system, const Options&
   if (!program_words().empty()) refuse("this is a program");
   if (options.composition == "dynamic" || options.file.empty())
     refuse("components are loaded while it runs");
+  if (options.transport == "dds" || options.transport == "shm")
+    refuse("messages inside of it go through DDS");
   if (system.size() > 1) refuse(fmt::format("there are {}", system.size()));
 }
 
