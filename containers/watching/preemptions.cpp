@@ -33,18 +33,6 @@ std::string name_of_process_thread(std::uint32_t process, std::uint32_t thread) 
   return fmt::format("'{}' (process {})", name.empty() ? "?" : name, process);
 }
 
-/// A child of the same parent is a process of the same system: its threads are in the file.
-bool is_of_this_system(std::uint32_t process) {
-  std::ifstream file(fmt::format("/proc/{}/status", process));
-  for (std::string word; file >> word;) {
-    if (word != "PPid:") continue;
-    pid_t parent = 0;
-    file >> parent;
-    return parent == getppid() && parent > 1;
-  }
-  return false;
-}
-
 bool shares_cpu(const std::vector<int>& a, const std::vector<int>& b) {
   return std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end();
 }
@@ -166,13 +154,8 @@ std::vector<Preemptions::Found> Preemptions::by_records(const std::vector<int>& 
       return state.tid == static_cast<int>(thread);
     });
   };
-  std::map<std::uint32_t, bool> is_of_system;
   const auto is_ours = [&](std::uint32_t process, std::uint32_t thread) {
-    if (thread == 0) return true;  // nobody
-    if (process == own) return find(thread) != ours.end();
-    const auto [known, is_new] = is_of_system.try_emplace(process);
-    if (is_new) known->second = is_of_this_system(process);
-    return known->second;
+    return thread == 0 || (process == own && find(thread) != ours.end());  // 0: nobody
   };
   std::map<std::uint32_t, ThreadState> others;
   std::map<std::pair<std::string, std::string>, Found> found;

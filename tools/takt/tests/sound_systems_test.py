@@ -14,6 +14,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../..")
 sys.path.append(os.path.join(ROOT, "cmake"))
@@ -153,6 +154,7 @@ def compare(name, path, chains, has_one_process):
     """A long run by hand: repeated if the machine was not ours."""
     for repeat in range(6):
         bare = bare_loop()
+        time.sleep(3)  # before, it looks for gaps
         result = watched(path, seconds, has_one_process)
         latest_us = max(thread["max"] for thread in json.loads(bare.communicate()[0])["thread"].values())
         deviations = (result or {}).get("deviations", [])
