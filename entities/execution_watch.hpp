@@ -35,6 +35,11 @@ class ExecutionWatch {
   explicit ExecutionWatch(Limits limits)
       : limits_(std::move(limits)), arrivals_(limits_.distances.size(), TimePoint{}) {}
 
+  /// Whether an execution that took so long may have used too much processor time: only then
+  /// somebody need read that.
+  bool may_be_too_long(Nanoseconds wall) const noexcept {
+    return limits_.execution != Nanoseconds::zero() && wall > limits_.execution;
+  }
   /// An execution has ended. `ready`: {} if that is not known.
   void check(TimePoint ready, TimePoint end, Nanoseconds used) noexcept {
     if (limits_.execution != Nanoseconds::zero() && used > limits_.execution) {

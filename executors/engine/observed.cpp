@@ -127,8 +127,9 @@ void Observed::check_limits(DispatchLock& lock, std::size_t worker, const Slot& 
   const TimePoint start = at.start, end = at.end;
   Supervision::Watch& watch = supervision->running[worker];
   ExecutionWatch* const assumed = entity->execution_watch().get();
-  const Nanoseconds used =
-      assumed != nullptr ? thread_cpu_time() - watch.used_before : Nanoseconds::zero();
+  const Nanoseconds used = assumed != nullptr && assumed->may_be_too_long(end - start)
+                               ? thread_cpu_time() - watch.used_before
+                               : Nanoseconds::zero();
   watch.chain_instance.store(0);
   // The thread that clears the deadline reports the miss.
   const bool is_reported = watch.is_watched && watch.deadline.exchange(kNever) == kNever;
