@@ -108,6 +108,7 @@ inline Analyzed analyzed(const std::string& text, const MeasuredModel* given = n
   std::vector<std::shared_ptr<Node>> nodes;
   for (SystemDescription process : split(description, Composition::file)) {
     process.dds.reset();  // nothing runs
+    process.watches_bounds = false;
     containers.push_back(std::make_unique<Container>(process));
     processes.push_back(containers.back()->modelled());
     for (const ModelledProcess::Member& member : processes.back().nodes) {

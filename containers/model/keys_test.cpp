@@ -299,6 +299,17 @@ TEST(Keys, WhatIsWatchedIsChecked) {
   file.top = "analysis: {watch: true}";
   EXPECT_EQ(file.analyzed().assumption("no_page_faults")->state, Assumption::State::checked);
   EXPECT_EQ(file.analyzed().assumption("realtime_granted")->state, Assumption::State::checked);
+  // Of several processes none can watch.
+  const Analyzed several = test::analyzed(R"(
+analysis: {watch: true}
+threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}}
+executors: {a: {type: events, threads: [a]}}
+containers:
+  - {name: p1, components: [{component: takt::Workload, name: x, executor: a, parameters: {publishers: {topic: [x], period_us: [20000], work_us: [100]}}}]}
+  - {name: p2, components: [{component: takt::Workload, name: q}]}
+chains: [{name: c, path: [x/x_timer]}]
+)");
+  EXPECT_EQ(several.assumption("no_page_faults")->state, Assumption::State::unchecked);
 }
 
 TEST(Keys, ThreadsShareTheOnlyCpuOfAMachine) {

@@ -58,9 +58,11 @@ class ModelParts {
     std::optional<std::size_t> executor;  // whose bounds rest on it; nullopt: all
   };
   void assume(Fact fact) { facts_.push_back(std::move(fact)); }
-  /// Of what a BoundWatch sees.
+  /// Of what a BoundWatch sees, which refuses programs and systems of several processes.
   Assumption::State if_watched() const noexcept {
-    return description_.watches_bounds ? Assumption::State::checked : Assumption::State::unchecked;
+    const bool is_watched =
+        description_.watches_bounds && processes_.size() == 1 && !processes_.front().is_program;
+    return is_watched ? Assumption::State::checked : Assumption::State::unchecked;
   }
   /// Of a callback, whose name stands for "{}" in the text.
   void assume_of(std::size_t callback, const char* id, std::string text,
