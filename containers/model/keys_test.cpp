@@ -272,6 +272,22 @@ TEST(Keys, AListIsAnOrder) {
   EXPECT_LT(place("x/x_timer, z/z_timer, w/w_timer"), place("z/z_timer, w/w_timer, x/x_timer"));
 }
 
+TEST(Keys, ATypeHasAnOrderAndMayBeAPool) {
+  KeyedFile file{.executor = "type: single_threaded"};
+  EXPECT_EQ(file.analyzed().model.system.executors[0].order, analysis::Order::in_windows);
+  file.executor = "type: triggered";
+  EXPECT_TRUE(file.bound());
+  file.executor = "type: multi_threaded";
+  std::string text = file.text();
+  text.replace(text.find(", threads: [one]"), 16, "");
+  EXPECT_GE(analyzed(text).model.system.executors[0].threads, 2u);
+}
+
+TEST(Keys, ADeadlineIsAPointOfEdf) {
+  KeyedFile file{.executor = "type: events, scheduler: edf", .x_keys = of_others("deadline: 8ms")};
+  EXPECT_EQ(file.analyzed().model.system.callbacks[0].point, Nanoseconds(8ms).count());
+}
+
 // ---- Libraries ----
 
 TEST(Keys, ASchedulerOfALibraryIsAsked) {
