@@ -2,6 +2,7 @@
 #include "takt/transport/dds/newcomers.hpp"
 
 #include <chrono>
+#include <csignal>
 #include <cstring>
 #include <string_view>
 
@@ -113,7 +114,13 @@ Newcomers::Newcomers(DiscoveryRange range, int domain, int participant_index)
                      ? low_index_socket(domain)
                      : -1),
       stop_(multicast_.fd() >= 0 || low_index_.fd() >= 0 ? eventfd(0, EFD_CLOEXEC) : -1) {
-  if (stop_.fd() >= 0) thread_ = std::thread([this] { hear_until_stopped(); });
+  if (stop_.fd() < 0) return;
+  // Signals are for threads of the program, which may await them: from the thread's beginning on.
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  thread_ = std::thread([this] { hear_until_stopped(); });
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
 Newcomers::~Newcomers() {

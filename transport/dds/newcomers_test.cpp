@@ -3,7 +3,10 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -127,6 +130,27 @@ TEST(Newcomers, AreHeardByAnotherProcessWhenTheFirstHasGone) {
     newcomer.send(datagram_of(kParticipants), discovery_port(domain, kLastHeard));
     ASSERT_EQ(own.receive(), datagram_of(kParticipants)) << round;
   }
+}
+
+std::set<std::string> threads_that_take_signals() {
+  std::set<std::string> threads;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::ifstream status(entry.path() / "status");
+    for (std::string line; std::getline(status, line);) {
+      if (line.starts_with("SigBlk:") && line.ends_with("0000000000000000")) {
+        threads.insert(entry.path().filename());
+      }
+    }
+  }
+  return threads;
+}
+
+// SIGINT ended `takt topic echo` by its default action: the thread that hears newcomers had got it.
+TEST(Newcomers, TakeNoSignalsOfTheProgram) {
+  const std::set<std::string> before = threads_that_take_signals();
+  EXPECT_FALSE(before.empty());
+  const Newcomers some(DiscoveryRange::localhost, test_domain(), 40);
+  EXPECT_EQ(threads_that_take_signals(), before);
 }
 
 TEST(Newcomers, LeaveTheIndexToOthersWhereNobodyIsHeard) {
