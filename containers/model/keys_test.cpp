@@ -309,6 +309,34 @@ TEST(Keys, AComponentOfALibraryIsMade) {
 
 // ---- The file ----
 
+TEST(Keys, AContainerRefusesParametersThatTakeAGuaranteeAway) {
+  std::string text = KeyedFile{.x_keys = of_others("priority: 50"), .path = "x/x_timer"}.text();
+  text.replace(text.find("deadline: 9ms"), 13, "deadline: 4ms");
+  const ConfigurationFile file("changed.yaml", text);
+  Container container(file.read());
+  EXPECT_THAT(
+      [&] {
+        container.change_parameters(
+            "{z: {callback_groups: {default: {priority: 90}}}, "
+            "w: {callback_groups: {default: {priority: 90}}}}");
+      },
+      ::testing::ThrowsMessage<Error>(HasSubstr("with these parameters")));
+  container.change_parameters("{z: {callback_groups: {default: {priority: 40}}}}");
+}
+
+TEST(Keys, NobodyKnowsWhenAWaitableIsTriggered) {
+  KeyedFile file{.executor = "type: events, scheduler: fifo", .more = R"(
+    - component: takt::test::KeyedReceiver
+      name: r
+      executor: default
+      callbacks: {nobody: {execution: 1ms}}
+)"};
+  const std::optional<analysis::ArrivalCurve> arrivals =
+      file.analyzed().model.system.callbacks.back().arrivals;
+  ASSERT_TRUE(arrivals);
+  EXPECT_EQ(arrivals->least_distance(5), 0);
+}
+
 TEST(Keys, WhatIsWatchedIsChecked) {
   KeyedFile file;
   EXPECT_EQ(file.analyzed().assumption("no_page_faults")->state, Assumption::State::unchecked);

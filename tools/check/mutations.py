@@ -201,7 +201,7 @@ MUTATIONS |= {
                                               "«seen != model.components.end() && seen->digest == component.digest»",
                                               "true", OF_COMMAND),
     "ignored: change: a callback gets other parameters": (
-        "containers/container_plan.cpp", "const Errors errors = «lost_guarantees(changes)»;", "Errors()", PLACING),
+        "containers/container_plan.cpp", "const Errors errors = «lost_guarantees(changes)»;", "Errors()", GUARANTEES),
     "ignored: change: a component is loaded": (
         "containers/container_components.cpp", "Errors errors = «lost_guarantees(*loaded)»;", "Errors()", PLACING),
 }
