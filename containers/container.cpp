@@ -355,10 +355,10 @@ void Container::require_matches(const std::vector<OneSidedTopic>& topics) {
 }
 
 void Container::hold() {
+  look_at_bounds();  // from here on a release that waits counts as one that nobody has taken
   for (const auto& running : *executors_) {
     if (!running->is_own) running->executor->release_timers(false);
   }
-  look_at_bounds();
   end_counting();
   note(one_sided());
   for (const std::string& name : unconfigured()) {
