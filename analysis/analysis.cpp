@@ -236,6 +236,7 @@ void Solver::note_cause(AnalysedPath& analysed) {
 bool Solver::improve(int round) {
   update_curves();
   find_throttled(parts_);
+  find_busy(parts_);
   bool has_changed = false;
   for (AnalysedPath& analysed : paths_) {
     const Time before = analysed.bound;

@@ -111,8 +111,8 @@ TEST(Analysis, SpinningIsWorkForThoseBelow) {
   System system = tasks({{1, 10}, {2, 50}}, Order::by_arrival);
   system.executors.push_back(system.executors[0]);
   system.callbacks[0].executor = 1;
-  system.executors[0].share = Executor::Share{.cpu = 0, .priority = 1};
-  system.executors[1].share = Executor::Share{.cpu = 0, .priority = 2};
+  system.executors[0].share = Executor::Share{{0}, 1};
+  system.executors[1].share = Executor::Share{{0}, 2};
   EXPECT_EQ(bounds(system, "work_conserving")[1], 3);
   system.executors[1].early_wake = 3;
   EXPECT_EQ(bounds(system, "work_conserving")[1], 2 + 2 * 4 + 3);
@@ -120,8 +120,48 @@ TEST(Analysis, SpinningIsWorkForThoseBelow) {
   EXPECT_EQ(bounds(system, "work_conserving")[1], kUnbounded);
 }
 
+// By hand: while it waits, all CPUs run more urgent ones, or the reservation, whose most is 2 × 1
+// and a tenth.
+TEST(Analysis, AThreadWaitsOnlyWhileAllItsCpusAreTaken) {
+  System system = tasks({{4, 100}, {4, 100}, {4, 100}}, Order::by_arrival);
+  system.executors.resize(3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    system.callbacks[i].executor = i;
+    system.executors[i].share = Executor::Share{{0, 1}, 3 - static_cast<int>(i)};
+  }
+  EXPECT_THAT(bounds(system, "work_conserving"), ElementsAre(4, 4, 8));
+  system.executors.push_back({.name = "reserved", .reservation = Reservation{1, 10}});
+  EXPECT_THAT(bounds(system, "work_conserving"), ElementsAre(4, 7, 9));
+  system.executors[2].share->cpus = {1};
+  EXPECT_THAT(bounds(system, "work_conserving"), ElementsAre(4, 7, 15));
+  system.executors[1].share->priority = 1;
+  EXPECT_THAT(bounds(system, "work_conserving"), ElementsAre(4, kUnbounded, kUnbounded));
+}
+
+// What is left over of their work when it arrives, too.
+TEST(Analysis, AThreadWaitsForWhatOthersHaveLeftOver) {
+  System system = tasks({{4, 10}, {4, 10}, {4, 100}}, Order::by_arrival);
+  system.executors.resize(3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    system.callbacks[i].executor = i;
+    system.executors[i].share = Executor::Share{{0, 1}, 3 - static_cast<int>(i)};
+  }
+  EXPECT_THAT(bounds(system, "work_conserving"), ElementsAre(4, 4, 12));
+}
+
+TEST(Analysis, AThreadOfAPoolSharesTheWorkOfTheOthers) {
+  System pool = tasks({{4, 10}, {4, 10}, {4, 10}}, Order::by_arrival);
+  pool.executors[0].threads = 2;
+  for (std::size_t i = 0; i < 3; ++i) pool.callbacks[i].group = i;
+  EXPECT_THAT(bounds(pool, "workload"), ElementsAre(8, 8, 8));
+  pool = tasks({{4, 20}, {4, 20}, {4, 20}}, Order::by_arrival);
+  pool.executors[0].threads = 2;
+  pool.callbacks[2].group = 1;  // the last two exclude each other
+  EXPECT_THAT(bounds(pool, "workload"), ElementsAre(8, 10, 10));
+}
+
 TEST(Analysis, SaysWhyThereIsNoBound) {
-  System pool = tasks({{7, 10}, {7, 10}}, Order::by_urgency);
+  System pool = tasks({{7, 10}, {7, 10}, {7, 10}}, Order::by_urgency);
   pool.executors[0].threads = 2;
   const CallbackBound of_pool = analyze(pool).callbacks[0];
   EXPECT_EQ(of_pool.bound, kUnbounded);
@@ -141,8 +181,8 @@ TEST(Analysis, SaysWhyThereIsNoBound) {
   shared.callbacks[0].outputs = {{.to = 1, .delay = kUnbounded}};
   shared.callbacks.push_back({.name = "other", .executor = 1, .execution = 1});
   shared.executors.push_back(
-      {.name = "equal", .order = Order::by_urgency, .share = Executor::Share{0, 50}});
-  shared.executors[0].share = Executor::Share{0, 50};
+      {.name = "equal", .order = Order::by_urgency, .share = Executor::Share{{0}, 50}});
+  shared.executors[0].share = Executor::Share{{0}, 50};
   EXPECT_THAT(analyze(shared).callbacks[0].why_not,
               HasSubstr("messages from 'task_0' to 'other' take"));
 }
@@ -178,17 +218,6 @@ TEST(Analysis, SeveralMessagesWaitForSeveralPeriods) {
   EXPECT_EQ(bounds(system, "periods")[0], 20 + 1);
   system.callbacks[0].arrivals = ArrivalCurve::periodic(9);
   EXPECT_EQ(bounds(system, "periods")[0], kUnbounded);
-}
-
-TEST(Analysis, SeveralThreadsShareASnapshot) {
-  System system = tasks({{7, 100}, {7, 100}}, Order::in_windows);
-  system.executors[0].is_wait_set = true;
-  system.executors[0].threads = 2;
-  EXPECT_THAT(bounds(system, "pools"), ElementsAre(14 + 14, 14 + 14));
-  system.callbacks[1].group = system.callbacks[0].group;
-  EXPECT_THAT(bounds(system, "pools"), ElementsAre(28 + 14 + 7, 28 + 14 + 7));
-  system.callbacks[0].arrivals = ArrivalCurve::periodic(48);
-  EXPECT_EQ(bounds(system, "pools")[0], kUnbounded);
 }
 
 // It named the next hop: "it is not known how late 'c' gets messages from 'b'".
@@ -271,7 +300,7 @@ TEST(Analysis, WhatAnotherCpuDelaysComesWithJitter) {
   System system = tasks({{8, 20}, {1, 10}, {3, 50}}, Order::by_urgency);
   system.callbacks.push_back({.name = "after", .execution = 3, .least_execution = 3});
   system.callbacks[1].outputs = {{.to = 3}};
-  const auto on = [](int cpu, int priority) { return Executor::Share{cpu, priority}; };
+  const auto on = [](int cpu, int priority) { return Executor::Share{{cpu}, priority}; };
   system.executors = {{.name = "high", .share = on(0, 3)},
                       {.name = "first", .share = on(0, 2)},
                       {.name = "after", .share = on(1, 3)},
@@ -331,16 +360,20 @@ System scaled(System system, Time by) {
   return system;
 }
 
-// Methods that count no unit less than an execution, and divide nothing.
+// Methods that count no unit less than an execution, and divide nothing but a reservation's share.
 TEST(Analysis, TimesScaleExactly) {
   const std::vector<std::string> exact{"periods", "snapshots", "work_conserving"};
   std::size_t bounds = 0;
   for (std::uint64_t seed = 1; seed <= 300 / testing::kFewerSanitized; ++seed) {
     const testing::RandomSystem random(seed, {.has_overheads = true, .has_periods = true});
+    const bool has_reservation =
+        std::any_of(random.system.executors.begin(), random.system.executors.end(),
+                    [](const Executor& executor) { return executor.reservation.has_value(); });
     const Bounds once = analyze(random.system, {.methods = exact, .limit = 100'000});
     const Bounds more = analyze(scaled(random.system, 7), {.methods = exact, .limit = 7 * 100'000});
     for (std::size_t i = 0; i < once.chains.size(); ++i) {
       if (once.chains[i].bound >= kUnbounded) continue;
+      if (has_reservation) continue;
       EXPECT_EQ(more.chains[i].bound, 7 * once.chains[i].bound) << "seed " << seed;
       ++bounds;
     }
@@ -414,8 +447,8 @@ TEST(Analysis, OverheadsAreCharged) {
   EXPECT_EQ(analyze(system).callbacks[0].bound, 5 + 4);
   // Two switches for each execution of a more urgent thread of the CPU.
   system = tasks({{3, 20}, {4, 40}}, Order::by_urgency);
-  system.executors = {{.name = "high", .share = Executor::Share{0, 2}},
-                      {.name = "low", .share = Executor::Share{0, 1}}};
+  system.executors = {{.name = "high", .share = Executor::Share{{0}, 2}},
+                      {.name = "low", .share = Executor::Share{{0}, 1}}};
   system.callbacks[1].executor = 1;
   EXPECT_EQ(analyze(system).callbacks[1].bound, 4 + 3);
   system.overheads.context_switch = 2;

@@ -52,10 +52,11 @@ struct Part {
   // By source, of one arrival: the time of all that it causes here, and how many executions.
   std::vector<Time> costs;
   std::vector<Count> counts;
-  std::vector<const Part*> above;     // other executors on its CPU that are as urgent or more
+  std::vector<const Part*> above;     // other executors on its CPUs that are as urgent or more
   Supply supply;                      // what they leave, or what a reservation grants
   std::vector<const Part*> realtime;  // all that share System::for_realtime with it, itself too
   bool is_throttled = false;          // they may want more than that
+  Time busy = 0;                      // the longest time without a break; see find_busy
   const std::vector<Part>* all = nullptr;
   std::optional<Cause> cause;  // of the first that has no bound, if there is one
   Time limit = 0;              // larger bounds are not of interest

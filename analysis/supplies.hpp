@@ -15,6 +15,10 @@ namespace TAKT_INTERNAL analysis {
 /// stay where they are.
 void make_supplies(std::vector<Part>& parts);
 
+/// Finds out how long each thread that shares CPUs is busy without a break at most, as far as
+/// arrivals are known by now.
+void find_busy(std::vector<Part>& parts);
+
 /// Finds out which real-time threads may want more than Linux grants, as far as their arrivals are
 /// known by now: more jitter throttles more.
 void find_throttled(std::vector<Part>& parts);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/analysis/system.hpp"
 
+#include <algorithm>
+#include <tuple>
+
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
@@ -14,12 +17,32 @@ void refuse_unless(bool is_right, const std::string& of, const char* what) {
 
 }  // namespace
 
+bool Executor::Share::meets(const Share& other) const {
+  return std::find_first_of(cpus.begin(), cpus.end(), other.cpus.begin(), other.cpus.end()) !=
+         cpus.end();
+}
+
+std::vector<std::size_t> rivals(const System& system, std::size_t executor) {
+  const auto& mine = system.executors[executor].share;
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; mine && i < system.executors.size(); ++i) {
+    const auto& [reservation, theirs] =
+        std::tie(system.executors[i].reservation, system.executors[i].share);
+    const bool preempts = theirs && theirs->meets(*mine) && theirs->priority >= mine->priority;
+    if (i != executor && (reservation || preempts)) found.push_back(i);
+  }
+  if (mine && found.size() < mine->cpus.size()) found.clear();
+  return found;
+}
+
 void check(const System& system) {
   for (const Executor& executor : system.executors) {
     refuse_unless(executor.threads > 0, executor.name, "an executor has one thread at least");
     refuse_unless(executor.let_period >= 0, executor.name, "a period is not negative");
     refuse_unless(executor.early_wake >= 0 && executor.spin >= 0, executor.name,
                   "what it spins is not negative");
+    refuse_unless(!executor.share || !executor.share->cpus.empty(), executor.name,
+                  "a thread has one CPU at least");
     if (!executor.reservation) continue;
     const auto& [budget, period] = *executor.reservation;
     refuse_unless(budget > 0 && budget <= period, executor.name,

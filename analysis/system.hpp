@@ -56,11 +56,13 @@ struct Executor {
   /// Logical execution time: at the end of every such period it takes one input of each callback,
   /// runs these, and sends what they publish at the end of the next. 0: it does not.
   Time let_period = 0;
-  /// One of these places for its threads, or else a processor for each.
+  /// One of these places for its threads, or else a processor for each, of which nobody takes a
+  /// part. Linux keeps all reservations together, by EDF on all CPUs: so each preempts all others.
   std::optional<Reservation> reservation;
   struct Share {
-    int cpu = 0;
-    int priority = 0;  // SCHED_FIFO: the more urgent thread preempts
+    std::vector<int> cpus;  // on which it may run, sorted
+    int priority = 0;       // SCHED_FIFO: the more urgent thread preempts
+    bool meets(const Share& other) const;
   };
   std::optional<Share> share;
   /// What a thread that shares its CPU needs there besides its callbacks: before each release of a
@@ -98,6 +100,10 @@ struct System {
   /// SCHED_DEADLINE is not meant.
   std::optional<Reservation> for_realtime;
 };
+
+/// The executors whose threads may run while that of this one waits: those that preempt it, if they
+/// are as many as its CPUs. Thread safety: a pure function. Real-time: no.
+std::vector<std::size_t> rivals(const System& system, std::size_t executor);
 
 /// Throws Error for what would make the analyses divide by zero, read outside, or answer a question
 /// that is none.

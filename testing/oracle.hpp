@@ -131,17 +131,37 @@ class Oracle {
   bool has_cpu(std::size_t index) const {
     const Worker& self = workers_[index];
     if (self.throttled) return false;
-    const auto& share = parts_[self.part].executor->share;
-    if (!share) return true;
+    if (!parts_[self.part].executor->share) return true;
+    return std::find(running_.begin(), running_.end(), index) != running_.end();
+  }
+  // Reservations first, each on another CPU; then the threads in their order, each on the first
+  // CPU that is free.
+  void give_cpus() {
+    std::set<int> free;
+    std::vector<std::size_t> waiting;
+    std::size_t reserved = 0;
     for (std::size_t i = 0; i < workers_.size(); ++i) {
-      const auto& other = parts_[workers_[i].part].executor->share;
-      if (i == index || !workers_[i].awake || !other || other->cpu != share->cpu) continue;
-      if (std::tuple(-other->priority, workers_[i].awake_since, i) <
-          std::tuple(-share->priority, self.awake_since, index)) {
-        return false;
+      const auto& share = parts_[workers_[i].part].executor->share;
+      if (share) free.insert(share->cpus.begin(), share->cpus.end());
+      if (share && workers_[i].awake) waiting.push_back(i);
+      if (is_reserved(workers_[i]) && workers_[i].awake && !workers_[i].throttled) ++reserved;
+    }
+    for (; reserved > 0 && !free.empty(); --reserved) free.erase(free.begin());
+    std::sort(waiting.begin(), waiting.end(), [this](std::size_t a, std::size_t b) {
+      const auto order = [this](std::size_t i) {
+        return std::tuple(-parts_[workers_[i].part].executor->share->priority,
+                          workers_[i].awake_since, i);
+      };
+      return order(a) < order(b);
+    });
+    running_.clear();
+    for (const std::size_t index : waiting) {
+      for (const int cpu : parts_[workers_[index].part].executor->share->cpus) {
+        if (free.erase(cpu) == 0) continue;
+        running_.push_back(index);
+        break;
       }
     }
-    return true;
   }
   // When something happens to it, if nothing happens before.
   Time next_event(std::size_t index) const {
@@ -156,6 +176,7 @@ class Oracle {
     return parts_[worker.part].executor->reservation.has_value();
   }
   bool step() {
+    give_cpus();
     std::size_t first = SIZE_MAX;
     std::pair<Time, bool> first_time{kNever, true};
     const bool shares_cpus = std::any_of(parts_.begin(), parts_.end(), [](const Part& part) {
@@ -463,7 +484,8 @@ class Oracle {
   std::size_t messages_ = 0;  // from outside: how many have come
   std::vector<State> states_;
   std::vector<Part> parts_;
-  std::vector<Worker> workers_;  // by rank
+  std::vector<Worker> workers_;       // by rank
+  std::vector<std::size_t> running_;  // of those that share CPUs
   std::vector<std::unique_ptr<Job>> finished_;
 };
 

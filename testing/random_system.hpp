@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "takt/analysis/system.hpp"
 
@@ -43,6 +44,7 @@ struct Shape {
   bool has_outside = false;  // messages from outside, also several at once
   bool has_periods = false;  // of logical execution time, in every other executor
   bool shares_cpus = true;   // and reservations
+  bool floats = false;       // some threads may run on several CPUs
   std::vector<double> utilisations{0.3, 0.5, 0.7, 0.9, 0.97, 1.3};  // of an executor's CPU
 };
 
@@ -109,8 +111,9 @@ class RandomSystem {
       if (shape_.shares_cpus && executor.threads == 1) {
         const std::size_t place = between(0, 9);
         if (place < 6) {
-          executor.share = {.cpu = static_cast<int>(between(0, 1)),
-                            .priority = static_cast<int>(between(1, 4))};
+          std::vector<int> cpus{static_cast<int>(between(0, 1))};
+          if (shape_.floats && is_one_of(2)) cpus = {0, 1};
+          executor.share = {.cpus = std::move(cpus), .priority = static_cast<int>(between(1, 4))};
         } else if (place < 8) {
           const Time period = 10 * static_cast<Time>(between(1, 5));
           executor.reservation = {.budget = std::max<Time>(1, period * between(2, 9) / 10),
@@ -267,7 +270,7 @@ inline std::string described(const analysis::System& system) {
                     executor.is_wait_set ? "wait set" : "events", executor.threads);
     if (executor.let_period > 0) text += fmt::format(", periods of {}", executor.let_period);
     if (const auto& share = executor.share) {
-      text += fmt::format(", CPU {} priority {}", share->cpu, share->priority);
+      text += fmt::format(", CPUs {} priority {}", fmt::join(share->cpus, " "), share->priority);
     }
     if (const auto& reservation = executor.reservation) {
       text += fmt::format(", {} of {}", reservation->budget, reservation->period);

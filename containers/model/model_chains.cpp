@@ -102,7 +102,9 @@ std::set<std::size_t> AssumptionFinder::executors_of(const std::vector<std::size
   for (const std::size_t callback : path) result.insert(system.callbacks[callback].executor);
   const auto delays = [&](std::size_t other, std::size_t executor) {
     const auto &a = system.executors[other].share, &b = system.executors[executor].share;
-    return a && b && a->cpu == b->cpu && (a->priority >= b->priority || system.for_realtime);
+    const auto before = analysis::rivals(system, executor);
+    return std::find(before.begin(), before.end(), other) != before.end() ||
+           (a && b && a->meets(*b) && system.for_realtime);
   };
   for (bool has_changed = true; std::exchange(has_changed, false);) {
     for (const analysis::Callback& from : system.callbacks) {

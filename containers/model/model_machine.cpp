@@ -157,10 +157,11 @@ void AssumptionFinder::add_overheads() {
   add("an executor's way to its next callback", overheads.dispatch, stated.dispatch, {});
   add("waking a thread", overheads.wake, stated.wake, {});
   for (std::size_t i = 0; i < executors.size(); ++i) {
-    const bool shares = std::any_of(executors.begin(), executors.end(), [&](const auto& other) {
-      return &other != &executors[i] && other.share && executors[i].share &&
-             other.share->cpu == executors[i].share->cpu;
-    });
+    bool shares = !analysis::rivals(model_.system, i).empty();
+    for (std::size_t other = 0; !shares && other < executors.size(); ++other) {
+      const auto before = analysis::rivals(model_.system, other);
+      shares = std::find(before.begin(), before.end(), i) != before.end();
+    }
     if (shares) add("a change from thread to thread", overheads.context_switch, stated.change, i);
   }
   for (std::size_t i = 0; i < callbacks_.size(); ++i) {

@@ -25,23 +25,19 @@ bool may_meet(const Thread& a, const Thread& b) {
   });
 }
 
-/// The thread, and all that are as urgent or more and may run on its CPUs, or on those of one of
-/// these.
+/// The others that are as urgent or more, and may run on its CPUs; as analysis::rivals.
 std::vector<const Thread*> rivals(const Thread& of, const std::vector<Thread>& all) {
-  std::vector<const Thread*> found{&of};
-  for (std::size_t next = 0; next < found.size(); ++next) {
-    for (const Thread& other : all) {
-      if (other.is_reserved() || other.urgency < of.urgency || !may_meet(*found[next], other)) {
-        continue;
-      }
-      if (std::find(found.begin(), found.end(), &other) == found.end()) found.push_back(&other);
-    }
+  std::vector<const Thread*> found;
+  for (const Thread& other : all) {
+    const bool preempts =
+        other.is_reserved() || (other.urgency >= of.urgency && may_meet(of, other));
+    if (&other != &of && preempts) found.push_back(&other);
   }
   return found;
 }
 
-std::string names(const std::vector<const Thread*>& threads) {
-  std::vector<std::string> names;
+std::string names(const Thread& first, const std::vector<const Thread*>& threads) {
+  std::vector<std::string> names{"'" + first.attributes->name + "'"};
   for (const Thread* thread : threads) names.push_back("'" + thread->attributes->name + "'");
   return fmt::format("{}", fmt::join(names, ", "));
 }
@@ -88,35 +84,33 @@ Place place_of(const Thread& thread, const std::vector<Thread>& all, std::size_t
                                    "give it SCHED_FIFO, or promise `machine: {{exclusive: true}}`",
                                    name, to_string(thread.attributes->policy))};
   }
-  const auto reserved =
-      std::find_if(all.begin(), all.end(), [](const Thread& other) { return other.is_reserved(); });
-  if (reserved != all.end()) {
-    return {.unknown = fmt::format("thread '{}' is SCHED_DEADLINE, may run on every CPU, and "
-                                   "preempts '{}'; no supply is known beside it",
-                                   reserved->attributes->name, name)};
-  }
   const std::vector<const Thread*> found = rivals(thread, all);
-  if (thread.cpus.size() == 1) {
-    const bool are_all_bound = std::all_of(
-        found.begin(), found.end(), [](const Thread* other) { return other->cpus.size() == 1; });
-    const auto other = [&](const Thread* rival) { return rival != &thread && rival->urgency == 0; };
-    if (thread.urgency == 0 && std::any_of(found.begin(), found.end(), other)) {
-      return {.unknown = fmt::format("the threads {} share CPU {} without real-time priorities",
-                                     names(found), thread.cpus.front())};
-    }
-    if (are_all_bound) {
-      return {.share =
-                  analysis::Executor::Share{.cpu = thread.cpus.front(), .priority = thread.urgency},
-              .cpu = thread.cpus.front()};
-    }
+  const analysis::Executor::Share share{.cpus = thread.cpus, .priority = thread.urgency};
+  const bool is_bound = thread.cpus.size() == 1;
+  // There is a CPU for it whenever it is ready.
+  if (found.size() < thread.cpus.size()) {
+    return {.share = thread.urgency != 0 || is_bound ? std::optional(share) : std::nullopt,
+            .cpu = is_bound ? thread.cpus.front() : -1};
   }
-  const bool are_alike = std::all_of(
-      found.begin(), found.end(), [&](const Thread* other) { return other->cpus == thread.cpus; });
-  if (are_alike && found.size() <= thread.cpus.size()) return {};
-  return {.unknown =
-              fmt::format("the threads {} may run on the same CPUs, so it is not known which "
-                          "of them waits for which; bind each to one CPU (`affinity`)",
-                          names(found))};
+  const auto is_bound_too = [](const Thread* other) {
+    return !other->is_reserved() && other->cpus.size() == 1;
+  };
+  const bool are_all_bound = is_bound && std::all_of(found.begin(), found.end(), is_bound_too);
+  const auto equal = std::find_if(found.begin(), found.end(), [&](const Thread* other) {
+    return !other->is_reserved() && other->urgency == thread.urgency;
+  });
+  // Linux moves those of SCHED_OTHER to a free CPU, but not at once.
+  if (thread.urgency == 0 && (equal != found.end() || !is_bound)) {
+    return {.unknown = fmt::format("the threads {} share CPU {} without real-time priorities",
+                                   names(thread, found), fmt::join(thread.cpus, ", "))};
+  }
+  if (equal != found.end() && !are_all_bound) {
+    return {.unknown = fmt::format("threads '{}' and '{}' have the same priority, and more threads "
+                                   "may run on their CPUs than there are; give each its own "
+                                   "priority, or bind each to one CPU (`affinity`)",
+                                   name, (*equal)->attributes->name)};
+  }
+  return {.share = share, .cpu = is_bound ? thread.cpus.front() : -1};
 }
 
 // Several threads need a CPU each.
@@ -125,10 +119,13 @@ Place place_of_pool(const std::vector<const Thread*>& pool, const std::vector<Th
   for (const Thread* thread : pool) {
     const Place place = place_of(*thread, all, cpus, is_exclusive);
     if (!place.unknown.empty()) return place;
-    const bool is_alone = !place.share || rivals(*thread, all).size() == 1;
-    if (!place.reservation && is_alone) continue;
+    if (!place.reservation && rivals(*thread, all).size() < thread->cpus.size()) continue;
+    std::vector<const Thread*> others;
+    for (const Thread* other : pool) {
+      if (other != pool.front()) others.push_back(other);
+    }
     return {.unknown = fmt::format("the threads {} of a pool share CPUs or have reservations",
-                                   names(pool))};
+                                   names(*pool.front(), others))};
   }
   return {};
 }
@@ -157,12 +154,14 @@ std::vector<Place> find_places(std::span<const ModelledThread> threads, std::siz
       result[executor] = place_of(*mine.front(), all, cpus.size(), is_exclusive);
     if (mine.size() > 1) result[executor] = place_of_pool(mine, all, cpus.size(), is_exclusive);
   }
-  // A pool that is bound to the CPU of one thread delays that by what is not known.
+  // A pool that may run on the CPUs of one thread delays that by what is not known.
   for (const Thread& thread : all) {
     Place& place = result[thread.executor];
-    if (!place.share) continue;
-    for (const Thread* other : rivals(thread, all)) {
-      if (other->executor == thread.executor || result[other->executor].share) continue;
+    const std::vector<const Thread*> found = rivals(thread, all);
+    if (!place.share || found.size() < thread.cpus.size()) continue;
+    for (const Thread* other : found) {
+      const Place& its = result[other->executor];
+      if (other->executor == thread.executor || its.share || its.reservation) continue;
       place = {.unknown =
                    fmt::format("thread '{}', of an executor with several threads, may run on "
                                "its CPU",

@@ -30,8 +30,7 @@ struct Place {
 };
 
 /// By executor. A thread that is not a real-time one gets something only if nothing else runs on
-/// the machine. Which of several CPUs Linux gives to whom is known only if all that may run there
-/// may run on the same CPUs, and if there are enough.
+/// the machine, and there is a CPU for each.
 /// Thread safety: a pure function. Real-time: no.
 std::vector<Place> find_places(std::span<const ModelledThread> threads, std::size_t executors,
                                const std::vector<int>& cpus, bool is_exclusive);

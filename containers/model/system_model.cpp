@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "takt/containers/component.hpp"
 #include "takt/containers/model/model_builder.hpp"
@@ -440,18 +441,14 @@ void ModelBuilder::pass_on_what_is_unknown() {
                          : executor.unknown);
   }
   for (bool has_changed = true; std::exchange(has_changed, false);) {
-    for (analysis::Executor& executor : executors) {
-      if (!executor.share || !executor.unknown.empty()) continue;
-      for (const analysis::Executor& other : executors) {
-        const std::string& cause = causes[static_cast<std::size_t>(&other - executors.data())];
-        if (&other == &executor || !other.share || cause.empty() ||
-            other.share->cpu != executor.share->cpu ||
-            other.share->priority < executor.share->priority) {
-          continue;
-        }
-        executor.unknown = fmt::format("'{}' runs before it on CPU {}, and {}", other.name,
-                                       executor.share->cpu, cause);
-        causes[static_cast<std::size_t>(&executor - executors.data())] = cause;
+    for (std::size_t i = 0; i < executors.size(); ++i) {
+      if (!executors[i].unknown.empty()) continue;
+      for (const std::size_t other : analysis::rivals(model_.system, i)) {
+        if (causes[other].empty()) continue;
+        executors[i].unknown =
+            fmt::format("'{}' runs before it on CPU {}, and {}", executors[other].name,
+                        fmt::join(executors[i].share->cpus, ", "), causes[other]);
+        causes[i] = causes[other];
         has_changed = true;
         break;
       }

@@ -243,7 +243,7 @@ TEST(Places, ThreadsOfOneCpuShareIt) {
   const std::vector<ModelledThread> threads{fifo(0, 80, {1}), fifo(1, 40, {1}), fifo(2, 60, {0})};
   const auto places = find_places(threads, 3, {0, 1}, false);
   ASSERT_TRUE(places[1].share);
-  EXPECT_EQ(places[1].share->cpu, 1);
+  EXPECT_THAT(places[1].share->cpus, ElementsAre(1));
   EXPECT_EQ(places[1].share->priority, 40);
   EXPECT_EQ(places[2].cpu, 0);
 }
@@ -253,8 +253,28 @@ TEST(Places, AnUnboundThreadIsAloneOnlyIfThereAreEnoughCpus) {
   EXPECT_EQ(find_places(two, 2, {0, 1}, false)[1].unknown, "");
   EXPECT_THAT(find_places(two, 2, {0}, false)[1].share->priority, 40);
   const std::vector<ModelledThread> three{fifo(0, 80, {}), fifo(1, 40, {}), fifo(2, 30, {})};
-  EXPECT_THAT(find_places(three, 3, {0, 1}, false)[2].unknown, HasSubstr("on the same CPUs"));
+  EXPECT_THAT(find_places(three, 3, {0, 1}, false)[2].share->cpus, ElementsAre(0, 1));
   EXPECT_EQ(find_places(three, 3, {0, 1}, false)[1].unknown, "");
+  // One of two as urgent ones waits for what the other has left over.
+  const std::vector<ModelledThread> equal{fifo(0, 80, {}), fifo(1, 30, {}), fifo(2, 30, {})};
+  EXPECT_THAT(find_places(equal, 3, {0, 1}, false)[2].unknown, HasSubstr("the same priority"));
+  EXPECT_EQ(find_places(equal, 3, {0, 1, 2}, false)[2].unknown, "");
+}
+
+TEST(Places, AReservationRunsBeforeAllOthers) {
+  const ModelledThread reserved{0,
+                                {.name = "reserved",
+                                 .policy = ThreadPolicy::deadline,
+                                 .runtime = 1ms,
+                                 .deadline = 10ms,
+                                 .period = 10ms}};
+  const std::vector<ModelledThread> bound{reserved, fifo(1, 80, {1}), fifo(2, 80, {1})};
+  EXPECT_TRUE(find_places(bound, 3, {0, 1}, false)[0].reservation);
+  EXPECT_THAT(find_places(bound, 3, {0, 1}, false)[1].unknown, HasSubstr("the same priority"));
+  EXPECT_TRUE(find_places({bound.data(), 2}, 2, {0, 1}, false)[1].share);
+  // A pool needs its CPUs.
+  const std::vector<ModelledThread> pool{reserved, fifo(1, 80, {0}), fifo(1, 80, {1})};
+  EXPECT_THAT(find_places(pool, 2, {0, 1}, false)[1].unknown, HasSubstr("share CPUs or have"));
 }
 
 TEST(Ranks, AreTheSchedulersOrder) {

@@ -93,8 +93,7 @@ class RandomSystem {
 
   const RandomOptions& options_;
   Dice dice_;
-  // Beside a reservation no bound of any other thread is known. So all have one, or none.
-  bool are_reserved_ = false;
+  bool are_reserved_ = false;            // all of them
   bool are_urgencies_distinct_ = false;  // of the threads
   bool has_short_periods_ = false;       // then a run of 200 ms has seen all there is
   std::vector<Executor> executors_;
