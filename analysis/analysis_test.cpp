@@ -158,6 +158,13 @@ TEST(Analysis, AThreadOfAPoolSharesTheWorkOfTheOthers) {
   pool.executors[0].threads = 2;
   pool.callbacks[2].group = 1;  // the last two exclude each other
   EXPECT_THAT(bounds(pool, "workload"), ElementsAre(8, 10, 10));
+  pool = tasks({{2, 4}, {2, 4}, {2, 20}}, Order::arbitrary);  // two of each come while it waits
+  pool.executors[0].threads = 2;
+  EXPECT_THAT(bounds(pool, "workload"), ElementsAre(4, 4, 6));
+  pool = tasks({{4, 100}, {4, 100}}, Order::by_arrival);
+  pool.executors[0].threads = 2;
+  pool.overheads.wake = 3;  // of each thread, one after the other
+  EXPECT_THAT(bounds(pool, "workload"), ElementsAre(4 + 2 + 6, 4 + 2 + 6));
 }
 
 TEST(Analysis, SaysWhyThereIsNoBound) {

@@ -69,6 +69,9 @@ class Workload final : public Method {
     Time of_others(Time window) const {
       Time result = 0;
       std::vector<Time> less_urgent;
+      // A timer has its place in the order of arrival only when a thread has looked at the clock.
+      const bool is_by_arrival = knows_order_ && part_.executor.order == Order::by_arrival &&
+                                 !part_.at(callback_).is_timer;
       for (const std::size_t other : part_.callbacks) {
         const Callback& described = part_.at(other);
         if (described.group == part_.at(callback_).group) continue;
@@ -77,9 +80,7 @@ class Workload final : public Method {
           less_urgent.push_back(described.execution);
           continue;
         }
-        const bool is_behind = knows_order_ && part_.executor.order == Order::by_arrival;
-        result =
-            plus(result, work_of(other, is_behind ? std::min(window, seen()) : window, window));
+        result = plus(result, work_of(other, is_by_arrival ? 1 : window, window));
       }
       // Of these, each thread runs one when it arrives.
       std::sort(less_urgent.begin(), less_urgent.end(), std::greater<>());
@@ -89,12 +90,6 @@ class Workload final : public Method {
     }
 
    private:
-    /// From when it is ready until it has its place in the order of arrival. A timer gets that when
-    /// a thread looks at the clock.
-    Time seen() const {
-      if (!part_.at(callback_).is_timer) return 1;
-      return plus(plus(part_.longest(), part_.system.overheads.wake), 1);
-    }
     /// From when an execution may begin, and until when it has ended.
     Time response(std::size_t source, std::size_t callback) const {
       const Span& span = part_.spans[source].at(callback);

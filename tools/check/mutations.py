@@ -250,7 +250,6 @@ MUTATIONS |= {
          "theirs->meets(*mine) && «theirs->priority >= mine->priority»",
          "theirs->priority > mine->priority"),
         ("as many rivals as CPUs", "system.cpp", "«found.size() < mine->cpus.size()»", "found.size() <= mine->cpus.size()"),
-        ("what a thread of several CPUs has left over", "supplies.cpp", "demand_of({part}, «plus(window, part->busy)»", "window"),
         ("a reservation's two budgets", "supplies.cpp", "«plus(share, times(2, reservation.budget))»", "share"),
         ("a thread that is behind", "supply.hpp",
          "return «above_ == nullptr»;", "true"),
@@ -270,10 +269,6 @@ MUTATIONS |= {
         ("a join's last input sends at its end", "joins.cpp",
          "std::max(longest, «parts_[system_.callbacks[sender].executor].longest_held()»)", "0"),
         ("threads share nothing", "methods/workload.cpp", "«waiting.of_others(window) / threads»", "0 * threads"),
-        ("what is there when it arrives", "methods/workload.cpp", "std::max<Time>(1, «plus(until, before)»)", "until"),
-        ("the first and the last of a workload", "methods/workload.cpp", "«std::clamp<Time>(ends, each, times(2, each))»", "each"),
-        ("further threads wake up at once", "methods/workload.cpp", "«times(part.system.overheads.wake, threads - 1)»", "0"),
-        ("a timer is seen when it is due", "methods/workload.cpp", "‹if (!part_.at(callback_).is_timer) return 1;›", "return 1;"),
         ("less urgent ones have not begun", "methods/workload.cpp",
          "‹for (const Time execution : less_urgent) result = plus(result, execution);›", ""),
         ("threads wake up at once", "analysis.cpp", "«plus(answer.bound, system_.overheads.wake)»", "answer.bound"),
@@ -281,6 +276,17 @@ MUTATIONS |= {
          "callback.execution"),
         ("arrival as a callback begins", "method.cpp",
          "«is_closed ? std::max<Time>(0, execution - 1) : execution»", "std::max<Time>(0, execution - 1)"),
+    ]
+}
+
+# Random systems hardly ever have threads where these matter.
+MUTATIONS |= {
+    name: ("analysis/" + file, there, instead, ("analysis_test", "{bin}/analysis_test", "--gtest_filter=Analysis.AThread*"))
+    for name, file, there, instead in [
+        ("what a thread of several CPUs has left over", "supplies.cpp", "demand_of({part}, «plus(window, part->busy)»", "window"),
+        ("what is there when it arrives", "methods/workload.cpp", "std::max<Time>(1, «plus(until, before)»)", "until"),
+        ("further threads wake up at once", "methods/workload.cpp", "«times(part.system.overheads.wake, threads - 1)»", "0"),
+        ("the first and the last of a workload", "methods/workload.cpp", "«std::clamp<Time>(ends, each, times(2, each))»", "each"),
     ]
 }
 

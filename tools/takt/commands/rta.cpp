@@ -1,10 +1,12 @@
 // takt rta: analyses of textbooks and papers on bare task sets.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <iostream>
 
 #include <fmt/format.h>
 
 #include "takt/containers/configuration/document.hpp"
+#include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
@@ -24,12 +26,14 @@ using textbook::TaskSet;
 
 struct Options {
   std::string file = "-", json_path;
+  bool lines = false;
 };
+
+// Limit: bytes of a task set on stdin. At it: it is refused. Seen: the error.
+constexpr std::size_t kMostBytes = 4 << 20;
 
 /// Of stdin, which may have no end.
 std::string read_stdin(document::Errors& errors) {
-  // Limit: bytes of a task set on stdin. At it: it is refused. Seen: the error.
-  constexpr std::size_t kMostBytes = 4 << 20;
   std::string text(kMostBytes + 1, ' ');
   std::cin.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(std::cin.gcount()));
@@ -109,7 +113,88 @@ json to_json(const TaskSet& set, const Result& result, const std::string& name) 
   return document;
 }
 
+// ---- Many sets, a line each ----
+
+/// The next line of stdin, without its end.
+bool read_line(std::string& line, const document::Errors& errors) {
+  line.clear();
+  for (int next = std::cin.get(); next != std::istream::traits_type::eof(); next = std::cin.get()) {
+    if (next == '\n') return true;
+    if (line.size() == kMostBytes) {
+      errors.fail(1, fmt::format("the line has more than {} bytes", kMostBytes),
+                  "give fewer tasks");
+    }
+    line.push_back(static_cast<char>(next));
+  }
+  return !line.empty();
+}
+
+/// What only the result has again, and no analysis reads.
+void move_to(json& result, document::Value& set, const char* key) {
+  auto* const map = std::get_if<document::Map>(&set.content);
+  if (map == nullptr) return;
+  const auto found =
+      std::find_if(map->values.begin(), map->values.end(),
+                   [key](const document::Value& value) { return value.name == key; });
+  if (found == map->values.end()) return;
+  if (const auto* text = std::get_if<std::string>(&found->content)) result[key] = *text;
+  if (const auto* whole = std::get_if<std::int64_t>(&found->content)) result[key] = *whole;
+  if (const auto* real = std::get_if<double>(&found->content)) result[key] = *real;
+  map->values.erase(found);
+}
+
+/// Whether each task has a bound, within its deadline if it has one.
+bool is_schedulable(const TaskSet& set, const Result& result) {
+  if (result.is_schedulable) return *result.is_schedulable;
+  for (std::size_t i = 0; i < result.responses.size(); ++i) {
+    const Response& response = result.responses[i];
+    const auto& deadline = set.tasks[i].deadline;
+    if (!has(response) || (deadline && response.bound > *deadline)) return false;
+  }
+  return true;
+}
+
+json result_of_line(const std::string& name, const std::string& line, std::size_t number) {
+  json found{{"id", number}};
+  document::Errors errors(fmt::format("stdin:{}", number));
+  document::Value value = document::parse_json(line, errors);
+  errors.throw_if_any();
+  move_to(found, value, "id");
+  move_to(found, value, "utilisation");
+  const TaskSet set = read_task_set(value, name, errors);
+  try {
+    const Result result = textbook::analyse(name, set);
+    found["is_schedulable"] = is_schedulable(set, result);
+    for (const Response& response : result.responses) {
+      found["R"].push_back(has(response) ? json(response.bound) : json());
+    }
+  } catch (const Error& error) {  // the tasks want more than there is
+    found["is_schedulable"] = false;
+    found["why_not"] = error.what();
+  }
+  return found;
+}
+
+void rta_lines(const std::string& name) {
+  std::string line;
+  std::size_t number = 0, refused = 0;
+  while (read_line(line, document::Errors(fmt::format("stdin:{}", number + 1)))) {
+    ++number;
+    try {
+      rt::print("{}\n", rt::json_text(result_of_line(name, line, number)));
+    } catch (const ConfigurationError& error) {  // those of other people's sets do not end the rest
+      ++refused;
+      rt::to_stderr("{}\n", error.what());
+    }
+  }
+  if (refused != 0) {
+    throw Error(fmt::format("{} of {} lines are no task sets", refused, number),
+                "see the messages above");
+  }
+}
+
 void rta(const std::string& name, const Options& options) {
+  if (options.lines) return rta_lines(name);
   const TaskSet set = read(options.file, name);
   const Result result = textbook::analyse(name, set);
   if (options.json_path != "-") print(set, result, textbook::analyses().traits(name));
@@ -136,6 +221,11 @@ void set_up(CLI::App* command) {
     method->add_option("FILE", options->file, "A task set in JSON or YAML (-: JSON from stdin)");
     add_output(*method, "--json", options->json_path,
                "Also write the result as JSON; - for stdout");
+    method
+        ->add_flag("--lines", options->lines,
+                   "Each line of stdin is a set as JSON, also with an id; a line of JSON for each")
+        ->excludes("FILE")
+        ->excludes("--json");
     method->footer(help(name));
     method->callback([name, options] { rta(name, *options); });
   }

@@ -7,38 +7,20 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
-#include <random>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "takt/base/time.hpp"
 #include "takt/executors/executor.hpp"
 
+#include "random/dice.hpp"
+
 namespace takt::tools {
 namespace {
 
 using nlohmann::ordered_json;
 using std::chrono::microseconds;
-
-/// Draws numbers. The distributions of the standard library differ from one to another.
-class Dice {
- public:
-  explicit Dice(std::uint64_t seed) : random_(seed) {}
-
-  /// A number from first to last.
-  std::size_t between(std::size_t first, std::size_t last) {
-    return first + random_() % (last - first + 1);
-  }
-  bool has(std::size_t percent) { return between(1, 100) <= percent; }
-  double below_one() { return static_cast<double>(random_() >> 11U) * 0x1p-53; }
-  template <class List>
-  const auto& one_of(const List& list) {
-    return list[between(0, std::size(list) - 1)];
-  }
-
- private:
-  std::mt19937_64 random_;
-};
 
 struct Thread {
   std::optional<int> cpu;  // nothing: a reservation
@@ -84,7 +66,6 @@ class RandomSystem {
 
  private:
   void add_executor(std::size_t count);
-  microseconds draw_period();
   void add_chain();
   void set_works(std::size_t executor);
   void set_priorities();
@@ -127,17 +108,6 @@ void RandomSystem::add_executor(std::size_t count) {
   executors_.push_back(std::move(executor));
 }
 
-// As in cars: Kramer, Ziegenbein, Hamann, "Real World Automotive Benchmarks For Free", WATERS 2015.
-microseconds RandomSystem::draw_period() {
-  constexpr std::array<std::pair<int, std::size_t>, 9> kShares{
-      {{1, 3}, {2, 2}, {5, 2}, {10, 25}, {20, 25}, {50, 3}, {100, 20}, {200, 1}, {1000, 4}}};
-  const std::size_t all = has_short_periods_ ? 81 : 85;
-  std::size_t drawn = dice_.between(1, all);
-  auto share = kShares.begin();
-  for (; drawn > share->second; ++share) drawn -= share->second;
-  return std::chrono::milliseconds(share->first);
-}
-
 void RandomSystem::add_chain() {
   Chain chain;
   if (!chains_.empty() && dice_.has(50)) {
@@ -152,7 +122,7 @@ void RandomSystem::add_chain() {
   while (chain.path.size() < length) {
     Callback callback{.executor = executor};
     if (chain.path.empty()) {
-      callback.period = draw_period();
+      callback.period = std::chrono::milliseconds(dice_.period_ms(!has_short_periods_));
     } else {
       callback.sender = chain.path.back();
       callbacks_[chain.path.back()].sends = true;
@@ -184,15 +154,14 @@ void RandomSystem::set_works(std::size_t executor) {
     left += 1.0 / static_cast<double>(sharers);
   }
   left *= dice_.one_of(std::array{0.3, 0.5, 0.7, 0.9, 0.97, 1.3});
-  std::size_t others = 0;
-  for (const Callback& callback : callbacks_) others += callback.executor == executor ? 1 : 0;
+  std::vector<Callback*> mine;
   for (Callback& callback : callbacks_) {
-    if (callback.executor != executor) continue;
-    const double next =
-        --others == 0 ? 0 : left * std::pow(dice_.below_one(), 1.0 / static_cast<double>(others));
-    const double work = (left - next) * static_cast<double>(callback.period.count());
-    callback.work = microseconds(std::max<std::int64_t>(1, std::llround(work)));
-    left = next;
+    if (callback.executor == executor) mine.push_back(&callback);
+  }
+  const std::vector<double> shares = dice_.shares(mine.size(), left);
+  for (std::size_t i = 0; i < mine.size(); ++i) {
+    const double work = shares[i] * static_cast<double>(mine[i]->period.count());
+    mine[i]->work = microseconds(std::max<std::int64_t>(1, std::llround(work)));
   }
 }
 

@@ -6,23 +6,23 @@
 namespace takt::tools {
 namespace {
 
-using Endpoint = ProcessState::Endpoint;
+using ProcessEndpoint = ProcessState::Endpoint;
 
 /// Calls `pair(process of the writer, its index, process of the reader, its index)` for each writer
 /// and reader of the same DDS topic.
 template <class Pair>
 void for_each_pair(const std::vector<ProcessState>& processes, Pair&& pair) {
   for (std::size_t from = 0; from < processes.size(); ++from) {
-    const std::vector<Endpoint>& writers = processes[from].endpoints;
+    const std::vector<ProcessEndpoint>& writers = processes[from].endpoints;
     for (std::size_t j = 0; j < writers.size(); ++j) {
-      const Endpoint& writer = writers[j];
+      const ProcessEndpoint& writer = writers[j];
       if (!writer.is_writer) continue;
       for (std::size_t to = 0; to < processes.size(); ++to) {
         // Count messages within a process if they also use DDS.
         if (to == from && !processes[from].serves_itself) continue;
-        const std::vector<Endpoint>& readers = processes[to].endpoints;
+        const std::vector<ProcessEndpoint>& readers = processes[to].endpoints;
         for (std::size_t i = 0; i < readers.size(); ++i) {
-          const Endpoint& reader = readers[i];
+          const ProcessEndpoint& reader = readers[i];
           if (!reader.is_writer && reader.topic == writer.topic && reader.type == writer.type &&
               (writer.is_reliable || !reader.is_reliable)) {
             pair(from, j, to, i);
@@ -61,7 +61,7 @@ std::vector<std::vector<std::uint64_t>> count_sent(const std::vector<ProcessStat
 Ends ends_of(const std::vector<ProcessState>& processes) {
   Ends ends;
   for (std::size_t process = 0; process < processes.size(); ++process) {
-    for (const Endpoint& endpoint : processes[process].endpoints) {
+    for (const ProcessEndpoint& endpoint : processes[process].endpoints) {
       ends[endpoint.topic].emplace(process, endpoint.id);
     }
   }
@@ -73,7 +73,7 @@ bool all_is_served(const std::vector<ProcessState>& processes, const Countable& 
   const Ends ends = ends_of(processes);
   for (std::size_t process = 0; process < processes.size(); ++process) {
     if (processes[process].pending != 0) return false;
-    const std::vector<Endpoint>& endpoints = processes[process].endpoints;
+    const std::vector<ProcessEndpoint>& endpoints = processes[process].endpoints;
     for (std::size_t i = 0; i < endpoints.size(); ++i) {
       if (!endpoints[i].is_writer && endpoints[i].is_reliable &&
           endpoints[i].messages < sent[process][i] && is_countable(ends, endpoints[i].topic)) {
@@ -85,7 +85,7 @@ bool all_is_served(const std::vector<ProcessState>& processes, const Countable& 
 }
 
 void complete_callbacks(std::vector<rt::Run::Callback>& callbacks,
-                        const std::vector<Endpoint>& endpoints,
+                        const std::vector<ProcessEndpoint>& endpoints,
                         const std::vector<std::uint64_t>& sent, const Ends& ends,
                         const Countable& is_countable) {
   std::vector<bool> used(endpoints.size(), false);
@@ -107,7 +107,7 @@ bool uses_shared_memory(const std::vector<ProcessState>& processes) {
   return std::any_of(processes.begin(), processes.end(), [](const ProcessState& process) {
     return std::any_of(
         process.endpoints.begin(), process.endpoints.end(),
-        [](const Endpoint& endpoint) { return endpoint.transport == "shared memory"; });
+        [](const ProcessEndpoint& endpoint) { return endpoint.transport == "shared memory"; });
   });
 }
 

@@ -81,4 +81,28 @@ with tempfile.TemporaryDirectory() as folder:
         status, output, errors = run("random", *words)
         check(what, status == 2 and output == "" and text in errors, status, output, errors)
 
+# ---- Task sets ----
+status, output, errors = run("random", "tasks", "np_fp", "--tasks", "4", "--sets", "300", "--seed", "3", "--least", "0.2", "--most", "0.9")
+sets = [json.loads(line) for line in output.splitlines()]
+check("so many sets", status == 0 and [each["id"] for each in sets] == list(range(1, 301)), status, errors)
+check("their utilisations are within the range, and of the tasks", all(
+    0.2 <= each["utilisation"] <= 0.9 and len(each["tasks"]) == 4
+    and abs(sum(task["C"] / task["T"] for task in each["tasks"]) - each["utilisation"]) < 0.005 for each in sets), sets[0])
+check("all of the range", max(each["utilisation"] for each in sets) > 0.85 and min(each["utilisation"] for each in sets) < 0.25)
+check("their periods are those of cars", {task["T"] for each in sets for task in each["tasks"]} <= PERIODS_US)
+check("the shorter period is the more urgent one", all(
+    a["priority"] > b["priority"] and a["T"] <= b["T"] for each in sets for a, b in zip(each["tasks"], each["tasks"][1:])))
+check("the same seed gives the same sets", run("random", "tasks", "np_fp", "--tasks", "4", "--sets", "300", "--seed", "3",
+                                               "--least", "0.2", "--most", "0.9")[1] == output)
+shown = subprocess.run([takt, "rta", "np_fp", "--lines"], env=environment, input=output, text=True, capture_output=True, timeout=60)
+results = [json.loads(line) for line in shown.stdout.splitlines()]
+check("the analysis reads them", shown.returncode == 0 and [(each["id"], each["utilisation"]) for each in results] ==
+      [(each["id"], each["utilisation"]) for each in sets], shown.stderr)
+check("some of them are schedulable", 0 < sum(each["is_schedulable"] for each in results) < 300)
+for what, words, text in [("chains", ["cil_edf_constrained"], "no task sets are drawn for 'cil_edf_constrained'"),
+                          ("a wrong method", ["npfp"], "did you mean 'np_fp'?"),
+                          ("a range that is none", ["fp", "--least", "0.9", "--most", "0.2"], "exchange them")]:
+    status, output, errors = run("random", "tasks", *words)
+    check(what, status == 2 and output == "" and text in errors, status, output, errors)
+
 finish()

@@ -4,11 +4,14 @@
 usage: rta_test.py TAKT
 """
 # SPDX-License-Identifier: Apache-2.0
+import csv
 import json
 import os
+import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
 from checks import check, environment, finish  # noqa: E402
@@ -66,4 +69,31 @@ status, output, errors = run(["edf"], '{"tasks": [{"C": 79, "T": 120, "D": 10000
                              '{"C": 11, "T": 34, "D": 100}]}')
 check("a deadline far away takes no time", status == 0, status, errors)
 fails("a file that is not there is reported", ["fp", "/no/such.json"], "", "/no/such.json")
+
+# ---- Many sets, a line each ----
+CAN = {"tasks": [{"C": 20, "T": 70, "D": 54, "priority": 3}, {"C": 20, "T": 80, "priority": 2}, {"C": 35, "T": 200, "priority": 1}]}
+LATE = {"tasks": [{"C": 20, "T": 70, "D": 53, "priority": 3}, *CAN["tasks"][1:]]}
+FULL = {"id": "full", "utilisation": 1.4, "tasks": [{"C": 7, "T": 5, "priority": 1}]}
+status, output, errors = run(["np_fp", "--lines"], "\n".join(map(json.dumps, (CAN, LATE, FULL))))
+first, second, third = map(json.loads, output.splitlines())
+check("each line has its result", status == 0 and first == {"id": 1, "R": [54, 74, 75], "is_schedulable": True}
+      and second == {**first, "id": 2, "is_schedulable": False}, status, output, errors)
+check("too much work is a result there, with the set's own id", third["id"] == "full" and third["utilisation"] == 1.4
+      and not third["is_schedulable"] and "1.400 of a processor" in third["why_not"], third)
+status, output, errors = run(["np_fp", "--lines"], json.dumps(CAN) + '\n{"tasks": [{"C": 1}]}\n[\n' + json.dumps(LATE))
+check("a line that is wrong ends no other", status == 2 and len(output.splitlines()) == 2 and "stdin:2:" in errors
+      and "stdin:3:" in errors and "2 of 4 lines are no task sets" in errors, status, output, errors)
+fails("a file has no place beside it", ["np_fp", "tasks.json", "--lines"], "", "--lines")
+
+# ---- The page's commands, with fewer sets ----
+page = pathlib.Path(__file__).resolve().parents[3].joinpath("docs/how_to/compare_schedulability.md").read_text()
+commands = "\n".join(line[4:] for line in page.splitlines() if line.startswith("    "))
+with tempfile.TemporaryDirectory() as folder:
+    subprocess.run(["bash", "-c", commands.replace("--sets 2000", "--sets 100")], cwd=folder, timeout=120, check=False,
+                   capture_output=True, env=environment | {"PATH": os.path.dirname(takt) + ":" + os.environ["PATH"]})
+    rows = list(csv.DictReader(pathlib.Path(folder, "shares.csv").open()))
+check("the page's commands give shares by method and utilisation",
+      {row["method"] for row in rows} == {"fp", "np_fp", "np_edf"} and sum(int(row["sets"]) for row in rows) == 300, rows)
+light = [float(row["share"]) for row in rows if row["method"] == "fp" and float(row["utilisation"]) < 0.5]
+check("preemptive fixed priorities serve light sets", light and min(light) == 1, rows)
 finish()

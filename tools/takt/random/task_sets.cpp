@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "random/task_sets.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <sstream>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "takt/analysis/textbook/textbook.hpp"
+#include "takt/base/error.hpp"
+
+#include "random/dice.hpp"
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// The keys of a task, without the brackets of those that may be left out.
+std::set<std::string> keys_of(const std::string& method) {
+  std::istringstream words(analysis::textbook::analyses().traits(method).keys);
+  std::set<std::string> keys;
+  for (std::string word; words >> word;) {
+    std::erase_if(word, [](char character) { return character == '[' || character == ']'; });
+    keys.insert(word);
+  }
+  return keys;
+}
+
+bool is_for_simple_tasks(const std::string& method) {
+  const std::set<std::string> known{"C", "T", "J", "D", "Y", "priority"};
+  const std::set<std::string> keys = keys_of(method);
+  return keys.contains("C") && std::includes(known.begin(), known.end(), keys.begin(), keys.end());
+}
+
+}  // namespace
+
+void check_task_sets_for(const std::string& method) {
+  if (is_for_simple_tasks(method)) return;
+  std::vector<std::string> valid = analysis::textbook::analyses().names();
+  std::erase_if(valid, [](const std::string& name) { return !is_for_simple_tasks(name); });
+  throw Error(fmt::format("no task sets are drawn for '{}'", method),
+              fmt::format("name one of: {}", fmt::join(valid, ", ")));
+}
+
+ordered_json random_task_set(const TaskSetOptions& options, std::size_t number) {
+  // Seeds that are next to each other give sets that have nothing in common.
+  Dice dice(options.seed * 1'000'003 + number);
+  const double utilisation =
+      options.least_utilisation +
+      (options.most_utilisation - options.least_utilisation) * dice.below_one();
+  struct Task {
+    std::int64_t execution, period;
+  };
+  std::vector<Task> tasks;
+  for (const double share : dice.shares(options.tasks, utilisation)) {
+    const std::int64_t period = std::int64_t{1000} * dice.period_ms();
+    const auto execution = std::llround(share * static_cast<double>(period));
+    tasks.push_back({std::max<std::int64_t>(1, execution), period});
+  }
+  std::stable_sort(tasks.begin(), tasks.end(),
+                   [](const Task& a, const Task& b) { return a.period < b.period; });
+  const std::set<std::string> keys = keys_of(options.method);
+  ordered_json set{{"id", number}, {"utilisation", std::round(utilisation * 1e6) / 1e6}};
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    ordered_json task{{"C", tasks[i].execution}, {"T", tasks[i].period}};
+    if (keys.contains("D")) task["D"] = tasks[i].period;
+    if (keys.contains("Y")) task["Y"] = tasks[i].period;
+    if (keys.contains("priority")) task["priority"] = tasks.size() - i;
+    set["tasks"].push_back(std::move(task));
+  }
+  return set;
+}
+
+}  // namespace takt::tools
