@@ -2,7 +2,6 @@
 #include "takt/base/logger.hpp"
 
 #include <algorithm>
-#include <csignal>
 #include <cstdio>
 #include <mutex>
 #include <thread>
@@ -16,6 +15,7 @@
 #include <unistd.h>
 
 #include "takt/base/available_cpus.hpp"
+#include "takt/base/blocked_signals.hpp"
 #include "takt/base/clock.hpp"
 #include "takt/base/never_destroyed.hpp"
 #include "takt/base/printable.hpp"
@@ -36,9 +36,6 @@ void take_default_attributes() {
   sched_setscheduler(0, SCHED_OTHER, &no_priority);
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), 0);
   use_available_cpus();
-  sigset_t all;  // signals are for threads of the program, which may await them
-  sigfillset(&all);
-  pthread_sigmask(SIG_BLOCK, &all, nullptr);
 }
 
 }  // namespace
@@ -103,6 +100,7 @@ void Logger::start() {
   if (started_.load(std::memory_order_acquire)) return;  // pairs with the store below
   const std::lock_guard lock(starting_);
   if (started_.load()) return;
+  const BlockedSignals in_its_thread;
   output_->thread = std::thread([this] {
     pthread_setname_np(pthread_self(), "log");
     take_default_attributes();

@@ -200,7 +200,7 @@ TEST(WaitBackendLibrary, MustWakeWhatItIsPostedFor) {
             "robot.yaml:4: wait back end 'always' returns a post that never came; each post ends "
             "one wait, also if it came before\n");
   EXPECT_EQ(errors_of("hangs"),
-            "robot.yaml:4: wait back end 'hangs' has not returned for 5 s; return from `wait` when "
+            "robot.yaml:4: wait back end 'hangs' has not returned for 5s; return from `wait` when "
             "its deadline has come, or a post\n");
   EXPECT_THAT(errors_of("futex"), StartsWith("robot.yaml:4: the name 'futex' is taken by another "
                                              "wait back end; "));

@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <exception>
-#include <future>
 #include <random>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -14,6 +12,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/realtime_scope.hpp"
+#include "takt/base/returns_in_time.hpp"
 
 namespace takt {
 namespace {
@@ -178,22 +177,10 @@ void try_scheduler(const std::string& name,
 
 void check_scheduler(std::string_view name, const std::function<std::unique_ptr<Scheduler>()>& make,
                      Nanoseconds limit) {
-  std::promise<void> end;
-  std::future<void> ended = end.get_future();
-  // Nothing ends a function that does not return: its thread stays until the process ends.
-  std::thread([name = std::string(name), make, end = std::move(end)]() mutable {
-    try {
-      try_scheduler(name, make);
-      end.set_value();
-    } catch (...) {
-      end.set_exception(std::current_exception());
-    }
-  }).detach();
-  if (ended.wait_for(limit) == std::future_status::timeout) {
-    throw Error(fmt::format("scheduler '{}' has not returned for {}", name, to_string(limit)),
-                "let each of its functions return, also without a callback that waits");
-  }
-  ended.get();
+  const auto trial = [name = std::string(name), make] { try_scheduler(name, make); };
+  if (returns_in_time(trial, limit)) return;
+  throw Error(fmt::format("scheduler '{}' has not returned for {}", name, to_string(limit)),
+              "let each of its functions return, also without a callback that waits");
 }
 
 }  // namespace takt

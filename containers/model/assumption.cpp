@@ -55,6 +55,10 @@ constexpr std::array kKinds{
                    "measure a run, or give the client's callback an `arrival`"},
     AssumptionKind{"rt_runtime_as_here", "Linux throttles real-time threads as on this machine",
                    "when it is analysed", "`machine: {rt_runtime: …}`"},
+    AssumptionKind{"reservations_end",
+                   "the kernel ends the budget of a reservation when it is used up", "",
+                   "let the callbacks of a reservation need less than its budget: without "
+                   "HRTICK_DL the kernel looks once a tick"},
     AssumptionKind{"start_is_over", "the start is over: its bursts and constructors do not count",
                    "", "`from: activation` in the chain"},
     AssumptionKind{"times_scale_with_speed",

@@ -231,6 +231,28 @@ TEST(Assumptions, ABudgetThatNoRunHasShownIsAPromise) {
               HasSubstr("'/x/command_timeout' is longer than its budget"));
 }
 
+const char* const kBesideAReservation = R"(
+realtime: require
+threads:
+  a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}
+  b: {policy: SCHED_DEADLINE, runtime: 1ms, period: 10ms}
+executors: {a: {type: events, threads: [a]}, b: {type: events, threads: [b]}}
+container:
+  components:
+    - {component: takt::Workload, name: x, executor: a,
+       parameters: {publishers: {topic: [x], period_us: [20000], work_us: [1000]}}}
+    - {component: takt::Workload, name: z, executor: b,
+       parameters: {publishers: {topic: [z], period_us: [20000], work_us: [100]}}}
+chains: [{name: x, deadline: 10ms, path: [x/x_timer]}]
+)";
+
+// Without HRTICK_DL a reservation runs until the next tick, before what is beside it.
+TEST(Assumptions, TheKernelEndsAReservationInTime) {
+  EXPECT_THAT(analyzed(kBesideAReservation).text_of("reservations_end"),
+              HasSubstr("each budget of 'b'"));
+  EXPECT_EQ(analyzed(kBesideAReservation).bound().bound, 3'333'333ns);
+}
+
 TEST(Assumptions, WhatTheFileSaysOfThisMachineIsCompared) {
   File file;
   file.top.replace(file.top.find("rt_runtime: 950ms"), 17, "rt_runtime: unlimited");
@@ -381,6 +403,7 @@ TEST(Assumptions, EachIdIsProduced) {
           .with_dds("discovery: localhost")
           .text(),
       &measured);
+  add(kBesideAReservation);
   for (const AssumptionKind& kind : assumption_kinds()) {
     EXPECT_TRUE(found.contains(std::string(kind.id))) << kind.id;
   }

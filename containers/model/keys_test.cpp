@@ -358,11 +358,11 @@ chains: [{name: c, path: [x/x_timer]}]
 
 TEST(Keys, ThreadsShareTheOnlyCpuOfAMachine) {
   KeyedFile file{.top = "machine: {cpus: [0, 1]}", .thread = "policy: SCHED_FIFO, priority: 50"};
-  EXPECT_FALSE(file.analyzed().model.system.executors[0].share);
+  EXPECT_THAT(analysis::rivals(file.analyzed().model.system, 0), testing::IsEmpty());
   std::string text = file.text();
   text.replace(text.find("[0, 1]"), 6, "[0]");
   text.replace(text.find(", affinity: [1]"), 15, "");
-  EXPECT_TRUE(analyzed(text).model.system.executors[0].share);
+  EXPECT_THAT(analysis::rivals(analyzed(text).model.system, 0), testing::ElementsAre(1));
 }
 
 TEST(Keys, AContainerKnowsTheModelThatItsFileNames) {

@@ -96,6 +96,16 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
   add("realtime_granted",
       description_.realtime == Realtime::require ? State::checked : if_watched(),
       "Linux gives the threads of {} their policies and priorities", "nobody");
+  for (const std::size_t other : analysis::rivals(model_.system, index)) {
+    const analysis::Executor& rival = model_.system.executors[other];
+    if (!rival.reservation) continue;
+    assume({.id = "reservations_end",
+            .state = State::unchecked,
+            .text = "the kernel ends each budget of {} when it is used up, not at the next tick",
+            .name = "'" + rival.name + "'",
+            .source = "nobody",
+            .executor = index});
+  }
   const char* const before = "no other thread runs before those of {} on their CPUs";
   if (!machine_.is_known) return add("nothing_else_runs", if_watched(), before, promise);
   for (const ModelledThread& thread : threads_) {

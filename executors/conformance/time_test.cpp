@@ -63,6 +63,30 @@ TEST_P(ConformanceTime, CancelAndResetOfTimersMeanWhatTheySay) {
                                  "self_reset 32", "steady 42"));
 }
 
+// What is held runs neither by itself nor beside a callback that keeps its thread awake.
+TEST_P(ConformanceTime, HeldTimersDoNotRunBesideOthers) {
+  ManualClock clock;
+  const auto executor = make(clock);
+  const auto node = make_node(clock);
+  int timers = 0, others = 0;
+  const auto timer = node->create_timer("timer", 10ms, [&] { ++timers; });
+  std::shared_ptr<GuardCondition> guard;
+  guard = node->create_guard_condition("guard", [&] {
+    if (++others < 3) guard->trigger();
+  });
+  executor->add_node(node);
+  executor->release_timers(false);
+  const ManualSpin spin(*executor, clock, participants());
+  clock.advance(25ms);
+  guard->trigger();
+  clock.advance(1ms);
+  EXPECT_EQ(others, 3);
+  EXPECT_EQ(timers, 0);
+  executor->release_timers(true);
+  clock.advance(10ms);
+  EXPECT_GE(timers, 1);
+}
+
 // #2535 in part: time that jumps. One clock per node is all that there is so far.
 TEST_P(ConformanceTime, AJumpOfTimeGivesOneReleaseAndCountsTheRest) {
   ManualClock clock;

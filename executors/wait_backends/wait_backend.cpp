@@ -2,14 +2,13 @@
 #include "takt/executors/wait_backends/wait_backend.hpp"
 
 #include <chrono>
-#include <future>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "takt/base/library.hpp"
+#include "takt/base/returns_in_time.hpp"
 #include "takt/executors/wait_backends/manual.hpp"
 
 namespace takt {
@@ -20,8 +19,6 @@ WaitBackendRegistry& wait_backends() {
 }
 
 namespace {
-
-constexpr std::chrono::seconds kTrial{5};
 
 std::string cheapest_that_serves(std::size_t workers, bool has_file_descriptors) {
   std::string best;
@@ -52,19 +49,12 @@ void try_wait_backend(const std::string& name, const WaitBackendRegistry::Entry&
   backend->leave(0);
 }
 
-// The thread of one that never returns is left behind: libraries are not unloaded.
 void try_in_time(const std::string& name, const WaitBackendRegistry::Entry& entry) {
+  constexpr Nanoseconds kLimit = std::chrono::seconds(5);
   if (name == kAutoWait) throw Error("the name 'auto' means Takt's choice", "register another one");
-  std::packaged_task<void()> trial([name, entry] { try_wait_backend(name, entry); });
-  std::future<void> result = trial.get_future();
-  std::thread thread(std::move(trial));
-  if (result.wait_for(kTrial) != std::future_status::ready) {
-    thread.detach();
-    throw Error(fmt::format("wait back end '{}' has not returned for {} s", name, kTrial.count()),
-                "return from `wait` when its deadline has come, or a post");
-  }
-  thread.join();
-  result.get();
+  if (returns_in_time([name, entry] { try_wait_backend(name, entry); }, kLimit)) return;
+  throw Error(fmt::format("wait back end '{}' has not returned for {}", name, to_string(kLimit)),
+              "return from `wait` when its deadline has come, or a post");
 }
 
 }  // namespace

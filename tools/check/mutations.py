@@ -363,7 +363,7 @@ MUTATIONS |= {
         ("a callback with more is not ready again", "engine/dispatcher.cpp",
          "const bool more = «execution.slot.more || worker.runs_again»", "false", conformance("Order", "Spin")),
         ("held timers run", "engine/ready_set.cpp", "if («timers_.timers_are_held()») return;\n  TimePoint due;", "false",
-         conformance("Statistics", "Spinning")),
+         conformance("Time")),
         ("a demoted callback stays as urgent", "engine/observed.cpp",
          "is_demoted = «is_bad && policy == OverrunPolicy::demote»", "false", conformance("Overrun")),
         ("skipped releases are served", "engine/observed.cpp",

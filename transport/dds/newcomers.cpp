@@ -2,7 +2,6 @@
 #include "takt/transport/dds/newcomers.hpp"
 
 #include <chrono>
-#include <csignal>
 #include <cstring>
 #include <string_view>
 
@@ -15,7 +14,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "takt/base/realtime_scope.hpp"
+#include "takt/base/blocked_signals.hpp"
 #include "takt/transport/dds/ports.hpp"
 
 namespace takt {
@@ -115,12 +114,8 @@ Newcomers::Newcomers(DiscoveryRange range, int domain, int participant_index)
                      : -1),
       stop_(multicast_.fd() >= 0 || low_index_.fd() >= 0 ? eventfd(0, EFD_CLOEXEC) : -1) {
   if (stop_.fd() < 0) return;
-  // Signals are for threads of the program, which may await them: from the thread's beginning on.
-  sigset_t all, before;
-  sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, &before);
+  const BlockedSignals in_its_thread;
   thread_ = std::thread([this] { hear_until_stopped(); });
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
 Newcomers::~Newcomers() {
