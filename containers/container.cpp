@@ -406,6 +406,7 @@ void Container::stop() {
   end_components();
   cancel();
   const std::exception_ptr failure = executors_->join();
+  look_at_bounds(/*is_over=*/true);
   // One that is being unloaded may complete and leave the list meanwhile.
   for (const auto& loaded : loaded_components()) complete(*loaded);
   if (failure != nullptr) std::rethrow_exception(failure);

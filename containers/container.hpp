@@ -255,7 +255,7 @@ class Container {
   void changed(const std::string& what);
   void add_what_was_watched(ProcessResult& result) const;
   std::vector<int> threads_of_callbacks() const;
-  void look_at_bounds();
+  void look_at_bounds(bool is_over = false);
   bool handle(const FailedCallback& failed);
   bool drain();
   void begin_counting();

@@ -325,6 +325,7 @@ std::shared_ptr<Container::Loaded> Container::begin_to_unload(std::uint64_t id) 
 void Container::unload(std::uint64_t id, Nanoseconds limit) {
   std::shared_ptr<Loaded> loaded = begin_to_unload(id);
   const std::string name = loaded->node()->fully_qualified_name();
+  changed("'" + name + "' was unloaded");
   std::future<void> done = unloading_threads_->run([this, loaded]() mutable {
     if (LifecycleNode* node = loaded->lifecycle()) node->bring_down();
     remove(loaded);
@@ -343,7 +344,9 @@ void Container::unload(std::uint64_t id, Nanoseconds limit) {
 }
 
 void Container::unload_here(std::uint64_t id) {
-  remove(begin_to_unload(id));
+  const std::shared_ptr<Loaded> loaded = begin_to_unload(id);
+  changed("'" + loaded->node()->fully_qualified_name() + "' was unloaded");
+  remove(loaded);
 }
 
 // The executors would refuse as well, but only after its node was brought down.

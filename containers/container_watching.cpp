@@ -63,7 +63,7 @@ TimePoint Container::watch_bounds() {
   return next_look_ = later(Clock::steady().now(), kBetweenLooks);
 }
 
-void Container::look_at_bounds() {
+void Container::look_at_bounds(bool is_over) {
   if (next_look_ == kNever) return;
   const auto watch = bound_watch_.lock();
   std::vector<CallbackStatistics> callbacks;
@@ -71,7 +71,7 @@ void Container::look_at_bounds() {
     if (running->is_own || !running->has_begun.load()) continue;
     for (auto& each : running->executor->statistics()) callbacks.push_back(std::move(each));
   }
-  (*watch)->look(threads_of_callbacks(), callbacks, chains_);
+  (*watch)->look(threads_of_callbacks(), callbacks, chains_, is_over);
 }
 
 void Container::changed(const std::string& what) {

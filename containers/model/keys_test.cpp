@@ -356,13 +356,16 @@ chains: [{name: c, path: [x/x_timer]}]
   EXPECT_EQ(several.assumption("no_page_faults")->state, Assumption::State::unchecked);
 }
 
-TEST(Keys, ThreadsShareTheOnlyCpuOfAMachine) {
+TEST(Keys, AThreadMayRunOnTheCpusOfTheMachine) {
   KeyedFile file{.top = "machine: {cpus: [0, 1]}", .thread = "policy: SCHED_FIFO, priority: 50"};
-  EXPECT_THAT(analysis::rivals(file.analyzed().model.system, 0), testing::IsEmpty());
+  const auto cpus = [](const std::string& text) {
+    return analyzed(text).model.system.executors[0].share->cpus;
+  };
+  EXPECT_THAT(cpus(file.text()), testing::ElementsAre(0, 1));
   std::string text = file.text();
   text.replace(text.find("[0, 1]"), 6, "[0]");
   text.replace(text.find(", affinity: [1]"), 15, "");
-  EXPECT_THAT(analysis::rivals(analyzed(text).model.system, 0), testing::ElementsAre(1));
+  EXPECT_THAT(cpus(text), testing::ElementsAre(0));
 }
 
 TEST(Keys, AContainerKnowsTheModelThatItsFileNames) {

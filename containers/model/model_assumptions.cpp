@@ -300,6 +300,9 @@ void AssumptionFinder::add_what_nobody_says() {
       add("no execution of {} is longer than declared: no run has measured it",
           declared_at(stated.where), if_watched());
     }
+    if (stated.execution && stated.execution->least != Nanoseconds::zero() && !has_run) {
+      add("no execution of {} is shorter than declared", declared_at(stated.where));
+    }
     if (execution == Provenance::promised && !has_run) {
       add("no execution of {} is longer than its budget: no run has measured it",
           declared_at(stated.where), if_watched());

@@ -28,8 +28,11 @@ void ModelBuilder::add_chains() {
                        [&, &of = node, &called = name](const auto* candidate) {
                          return candidate->node == of && candidate->entity->name() == called;
                        });
-      path.push_back(static_cast<std::size_t>(callback - callbacks_.begin()));
+      if (callback == callbacks_.end() && chain.why_not.empty()) {
+        chain.why_not = fmt::format("'{}' has been unloaded", to_string(Chain::Step{node, name}));
+      }
       if (!chain.why_not.empty()) continue;
+      path.push_back(static_cast<std::size_t>(callback - callbacks_.begin()));
       chain.why_not = why_nothing_comes(path);
       const auto& before = path.size() > 1 ? model_.system.callbacks[path[path.size() - 2]].outputs
                                            : std::vector<analysis::Output>{};

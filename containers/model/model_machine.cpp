@@ -64,7 +64,7 @@ void AssumptionFinder::add_assumptions_of_machine() {
             .state = machine_.is_known ? State::checked : State::unchecked,
             .text = fmt::format("Linux grants {:g} ms of each second to the real-time threads of a "
                                 "CPU, as on this machine",
-                                static_cast<double>(model_.system.for_realtime->budget) / 1e6),
+                                static_cast<double>(here.count()) / 1e6),
             .name = {},
             .source = "this machine",
             .executor = {}});

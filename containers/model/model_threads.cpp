@@ -158,7 +158,9 @@ void ModelBuilder::place_threads() {
   const Nanoseconds granted =
       description_.machine.rt_runtime.value_or(second - throttled_realtime());
   if (granted < second) {
-    model_.system.for_realtime = {.budget = std::max<analysis::Time>(1, granted.count()),
+    // The kernel looks once a tick whether it is used up, or others have got theirs.
+    const Nanoseconds less = granted - scheduler_tick();
+    model_.system.for_realtime = {.budget = std::max<analysis::Time>(1, less.count()),
                                   .period = second.count()};
   }
 }

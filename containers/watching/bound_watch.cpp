@@ -119,7 +119,10 @@ BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
                            ? "as_declared"
                            : "as_measured";
     watched.may_come_from_outside = callback.arrivals.has_value();
-    watched.watch = std::make_shared<ExecutionWatch>(limits_of(model, bounds, i));
+    const ExecutionWatch::Limits limits = limits_of(model, bounds, i);
+    watched.bound = limits.bound;
+    watched.entity = process.callbacks[i].entity;
+    watched.watch = std::make_shared<ExecutionWatch>(limits);
     process.callbacks[i].entity->set_execution_watch(watched.watch);
   }
   for (std::size_t i = 0; i < model.chains.size(); ++i) {
@@ -143,19 +146,41 @@ void BoundWatch::begin(const std::vector<int>& threads) {
 
 void BoundWatch::look(const std::vector<int>& threads,
                       const std::vector<CallbackStatistics>& callbacks,
-                      const std::vector<std::shared_ptr<Chain>>& chains) {
+                      const std::vector<std::shared_ptr<Chain>>& chains, bool is_over) {
   for (Watched& watched : callbacks_) {
     const auto counted =
         std::find_if(callbacks.begin(), callbacks.end(), [&](const CallbackStatistics& each) {
           return watched.name == each.node + "/" + each.callback;
         });
-    look_at_callback(watched, counted != callbacks.end() ? *counted : CallbackStatistics());
+    look_at_callback(watched, counted != callbacks.end() ? *counted : CallbackStatistics(),
+                     is_over);
+    if (!is_over) look_at_what_waits(watched);
   }
   for (const auto& chain : chains) look_at_chain(*chain);
   look_at_machine(threads);
 }
 
-void BoundWatch::look_at_callback(Watched& callback, const CallbackStatistics& counted) {
+// One that is not served ends no execution that could be compared.
+void BoundWatch::look_at_what_waits(const Watched& callback) {
+  const auto entity = callback.entity.lock();
+  if (entity == nullptr || callback.bound == Nanoseconds::zero()) return;
+  Arrival arrival{};
+  TimePoint since = kNever;
+  if (const auto release = entity->next_release()) {
+    since = *release;
+  } else if (entity->front(arrival) && arrival.ready_time != TimePoint{}) {
+    since = arrival.ready_time;
+  }
+  const TimePoint now = Clock::steady().now();
+  if (since >= now || now - since <= callback.bound) return;
+  report("bound", callback.name + " waits",
+         fmt::format("'{}' waits for {}, and its bound is {}", callback.name, ms(now - since),
+                     ms(callback.bound)),
+         1, callback.chains);
+}
+
+void BoundWatch::look_at_callback(Watched& callback, const CallbackStatistics& counted,
+                                  bool is_over) {
   using Kind = ExecutionWatch::Kind;
   const auto [long_ones, longest, most] = callback.watch->seen(Kind::execution);
   if (long_ones != 0) {
@@ -183,7 +208,7 @@ void BoundWatch::look_at_callback(Watched& callback, const CallbackStatistics& c
            fmt::format("a process that is not of the file sent to '{}'", callback.name),
            counted.from_outside, callback.chains);
   }
-  const std::uint64_t lost = counted.dropped + counted.skipped;
+  const std::uint64_t lost = counted.dropped + (is_over ? 0 : counted.skipped);
   if (lost != 0 && !callback.must_keep.empty()) {
     report("bound", callback.name + " lost",
            fmt::format("'{}' lost messages or releases, and none was to be lost", callback.name),
@@ -260,22 +285,21 @@ void BoundWatch::report(const std::string& id, const std::string& of, const std:
   if (chains.empty()) return;  // no bound rests on it
   auto place = places_.find({id, of});
   if (place == places_.end()) {
-    const bool has_room = found_.size() < kMostDeviations;
-    place =
-        places_.emplace(std::pair(id, of), has_room ? found_.size() : kMostDeviations - 1).first;
-    if (has_room) {
-      found_.push_back({.id = id, .text = text, .chains = chains});
-      log(LogLevel::warn, "{} ({}): the bound{} of {} rest{} on that", text, id,
-          chains.size() == 1 ? "" : "s", fmt::join(chains, ", "), chains.size() == 1 ? "s" : "");
-    } else {
-      found_.back() = {.id = "others", .text = "others", .count = found_.back().count};
+    // A bound has a place always: there are as many as callbacks and chains.
+    if (id != "bound" && found_.size() >= kMostDeviations) {
+      if (!others_) {
+        others_ = found_.size();
+        found_.push_back({.id = "others", .text = "others"});
+      }
+      ++found_[*others_].count;
+      return;
     }
+    place = places_.emplace(std::pair(id, of), found_.size()).first;
+    found_.push_back({.id = id, .text = text, .chains = chains});
+    log(LogLevel::warn, "{} ({}): the bound{} of {} rest{} on that", text, id,
+        chains.size() == 1 ? "" : "s", fmt::join(chains, ", "), chains.size() == 1 ? "s" : "");
   }
   ProcessResult::Deviation& deviation = found_[place->second];
-  if (deviation.id != id) {
-    ++deviation.count;
-    return;
-  }
   deviation.text = text;
   deviation.count = count;
 }

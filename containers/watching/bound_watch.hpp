@@ -32,9 +32,10 @@ class BoundWatch {
 
   /// What is counted from now on counts. `threads`: those that run callbacks.
   void begin(const std::vector<int>& threads);
-  /// What is new since the last look is logged, if it is the first of its kind.
+  /// What is new since the last look is logged, if it is the first of its kind. `is_over`: no timer
+  /// is served any more, so releases that wait are not lost.
   void look(const std::vector<int>& threads, const std::vector<CallbackStatistics>& callbacks,
-            const std::vector<std::shared_ptr<Chain>>& chains);
+            const std::vector<std::shared_ptr<Chain>>& chains, bool is_over);
   /// Somebody has loaded a component, unloaded one, or changed parameters of callbacks.
   void changed(const std::string& what);
   /// A thread that runs callbacks did not get what the file asks for.
@@ -52,6 +53,8 @@ class BoundWatch {
     std::vector<std::string> must_keep;  // those of the chains that it is on, which lose nothing
     bool may_come_from_outside = false;
     std::shared_ptr<ExecutionWatch> watch;
+    Nanoseconds bound{0};  // 0: none
+    std::weak_ptr<const Entity> entity;
   };
   struct Figures {
     std::map<int, std::uint64_t> page_faults;  // by thread
@@ -59,7 +62,8 @@ class BoundWatch {
     std::int64_t rt_runtime_us = 0;
   };
 
-  void look_at_callback(Watched& callback, const CallbackStatistics& counted);
+  void look_at_callback(Watched& callback, const CallbackStatistics& counted, bool is_over);
+  void look_at_what_waits(const Watched& callback);
   void look_at_chain(const Chain& chain);
   void look_at_machine(const std::vector<int>& threads);
   /// Sets how often it was seen.
@@ -75,6 +79,7 @@ class BoundWatch {
   Figures before_;
   std::map<std::pair<std::string, std::string>, std::uint64_t> counts_;
   std::vector<ProcessResult::Deviation> found_;
+  std::optional<std::size_t> others_;  // in found_: what has no place of its own
   std::map<std::pair<std::string, std::string>, std::size_t> places_;  // in found_, by id and what
 };
 

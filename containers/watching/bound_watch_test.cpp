@@ -34,6 +34,9 @@ struct Seen {
 };
 TAKT_MESSAGE(Seen, "test/msg/Seen", number);
 
+/// The next execution of the timer takes 300 ms; set when it has begun.
+std::atomic<bool> must_hang{false}, hangs{false};
+
 /// A timer that takes as long as its parameter says, and sends to `t`.
 class WatchedSender : public Node {
  public:
@@ -41,6 +44,11 @@ class WatchedSender : public Node {
     const Nanoseconds work = std::chrono::microseconds(declare_parameter<std::int64_t>("work", 0));
     publisher_ = create_publisher<Seen>("t", 10, {.published_by = {"tick"}});
     timer_ = create_timer("tick", 10ms, [this, work] {
+      const TimePoint begin = Clock::steady().now();
+      if (must_hang.exchange(false)) {
+        hangs.store(true);
+        while (Clock::steady().now() < begin + 300ms) std::this_thread::yield();
+      }
       const Nanoseconds before = thread_cpu_time();
       while (thread_cpu_time() - before < work) {
       }
@@ -123,6 +131,28 @@ TEST(BoundWatch, SeesChanges) {
     container.change_parameters("{s: {callbacks: {tick: {priority: 3}}}}");
   });
   EXPECT_THAT(found, Contains(is("nothing_is_changed", "parameters")));
+}
+
+// The model was asked for a callback that is gone: the container crashed.
+TEST(BoundWatch, OutlivesTheCallbacksOfAChain) {
+  const auto found = deviations_of(with_work(0), [](Container& container) {
+    container.unload(2);
+    container.change_parameters("{s: {callbacks: {tick: {priority: 3}}}}");
+  });
+  EXPECT_THAT(found, Contains(is("nothing_is_changed", "unload")));
+  EXPECT_THAT(found, Contains(is("nothing_is_changed", "parameters")));
+}
+
+// What has not ended when a run does was compared with nothing.
+TEST(BoundWatch, SeesWhatWaitsAtTheEnd) {
+  const auto found = deviations_of(with_work(0), [](Container&) {
+    must_hang.store(true);
+    EXPECT_TRUE(eventually([] { return hangs.load(); }));
+    const TimePoint since = Clock::steady().now();
+    EXPECT_TRUE(eventually([&] { return Clock::steady().now() > since + 150ms; }));
+  });
+  EXPECT_THAT(found, Contains(is("bound", "'/s/tick' waits for ")));
+  EXPECT_THAT(found, Contains(is("bound", "'/s/tick' ended ")));  // after the timers were held
 }
 
 TEST(BoundWatch, SaysWhyNothingCanBeWatched) {

@@ -30,7 +30,8 @@ constexpr std::size_t kMostPreemptors = 20;
 std::string name_of_process_thread(std::uint32_t process, std::uint32_t thread) {
   std::string name;
   std::getline(std::ifstream(fmt::format("/proc/{}/task/{}/comm", process, thread)), name);
-  return fmt::format("'{}' (process {})", name.empty() ? "?" : name, process);
+  if (name.empty()) return "a thread that has ended";
+  return fmt::format("'{}' (process {})", name, process);
 }
 
 bool shares_cpu(const std::vector<int>& a, const std::vector<int>& b) {

@@ -280,6 +280,13 @@ Nanoseconds throttled_realtime() {
   return std::chrono::microseconds(std::llround(1e6 * (1 - realtime_share())));
 }
 
+// The coarse clock goes on at each tick.
+Nanoseconds scheduler_tick() {
+  timespec tick{};
+  clock_getres(CLOCK_MONOTONIC_COARSE, &tick);
+  return std::chrono::seconds(tick.tv_sec) + std::chrono::nanoseconds(tick.tv_nsec);
+}
+
 std::string cpus_outside(const ThreadState& state) {
   std::vector<int> others;
   const std::vector<int>& given = available_cpus();

@@ -77,6 +77,8 @@ void check_admission(std::span<const ThreadAttributes> threads, double most_cpus
 /// How long Linux may keep the SCHED_FIFO and SCHED_RR threads of a CPU from it in each second, for
 /// other threads (`sched_rt_runtime_us`).
 Nanoseconds throttled_realtime();
+/// From one look of the kernel at what threads have used to the next: that late it notices.
+Nanoseconds scheduler_tick();
 
 /// That a thread runs on CPUs which this process was not started on, in words; empty: it does not.
 std::string cpus_outside(const ThreadState& state);

@@ -49,15 +49,12 @@ void set_up_task_sets(CLI::App* command) {
   sets->add_option("METHOD", options->method, "What is to read them; see: takt rta")->required();
   whole_number(sets->add_option("--seed", options->seed, "Another seed gives other sets"), 0,
                999'999'999'999);
-  whole_number(sets->add_option("--sets", *count, "How many")->capture_default_str(), 1,
-               10'000'000);
-  whole_number(sets->add_option("--tasks", options->tasks, "In each set")->capture_default_str(), 1,
-               1000);
-  number(sets->add_option("--least", options->least_utilisation, "Their least utilisation")
-             ->capture_default_str(),
+  whole_number(sets->add_option("--sets", *count, "How many (default: 1000)"), 1, 10'000'000);
+  whole_number(sets->add_option("--tasks", options->tasks, "In each set (default: 5)"), 1, 1000);
+  number(sets->add_option("--least", options->least_utilisation,
+                          "Their least utilisation (default: 0.05)"),
          0.001, 1);
-  number(sets->add_option("--most", options->most_utilisation, "Their largest one")
-             ->capture_default_str(),
+  number(sets->add_option("--most", options->most_utilisation, "Their largest one (default: 1)"),
          0.001, 1);
   sets->footer(
       "Utilisations are drawn evenly from --least to --most, and divided by UUniFast; periods are "

@@ -96,7 +96,7 @@ AS = {"action type": "action list", "action info": "action list", "bag play": "b
       "component unload": "component load", "lifecycle nodes": "lifecycle list", "lifecycle get": "param get",
       "lifecycle set": "param get", "node info": "node list", "param set": "param get", "param delete": "param get",
       "param describe": "param get", "param dump": "param get", "param load": "param get", "ros2 build": "ros2 prefix",
-      "ros2 run": "ros2 prefix", "selftest": "compare", "service type": "service list", "service info": "service list",
+      "random tasks": "random", "ros2 run": "ros2 prefix", "selftest": "compare", "service type": "service list", "service info": "service list",
       "service find": "service list", "topic info": "topic list", "topic type": "topic list", "topic find": "topic list",
       "topic delay": "topic hz"} | {f"rta {name}": "rta edf" for name in (
           "blass_bw", "blass_rr", "casini_event_source", "casini_polling", "casini_timer", "cil_edf_arbitrary", "cil_edf_constrained", "dbf",
