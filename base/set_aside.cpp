@@ -6,6 +6,9 @@
 #include <mutex>
 
 #include <sys/mman.h>
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/lsan_interface.h>
+#endif
 
 #include "takt/base/never_destroyed.hpp"
 
@@ -17,6 +20,14 @@ constexpr std::size_t kLargest = 64 * 1024;
 // Notes about pieces, and the first of a size, come from the heap.
 constexpr std::size_t kSmallest = 16 * 1024;
 
+// The leak sanitizer looks for pointers in the heap, and in mappings that it is told of.
+void show_to_sanitizer([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes,
+                       [[maybe_unused]] bool is_there) {
+#ifdef __SANITIZE_ADDRESS__
+  (is_there ? __lsan_register_root_region : __lsan_unregister_root_region)(memory, bytes);
+#endif
+}
+
 class Mappings final : public std::pmr::memory_resource {
   void* do_allocate(std::size_t bytes, std::size_t alignment) override {
     if (bytes < kSmallest) return ::operator new(bytes, std::align_val_t(alignment));
@@ -24,10 +35,12 @@ class Mappings final : public std::pmr::memory_resource {
         mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) throw std::bad_alloc();
     madvise(memory, bytes, MADV_NOHUGEPAGE);  // or one touch takes 2 MB
+    show_to_sanitizer(memory, bytes, true);
     return memory;
   }
   void do_deallocate(void* memory, std::size_t bytes, std::size_t alignment) override {
     if (bytes < kSmallest) return ::operator delete(memory, std::align_val_t(alignment));
+    show_to_sanitizer(memory, bytes, false);
     munmap(memory, bytes);
   }
   bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override {
