@@ -20,7 +20,7 @@ constexpr std::size_t kLargest = 64 * 1024;
 // Notes about pieces, and the first of a size, come from the heap.
 constexpr std::size_t kSmallest = 16 * 1024;
 
-// The leak sanitizer looks for pointers in the heap, and in mappings that it is told of.
+// The leak sanitizer looks for pointers in the heap, and in mappings that are registered.
 void show_to_sanitizer([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes,
                        [[maybe_unused]] bool is_there) {
 #ifdef __SANITIZE_ADDRESS__
