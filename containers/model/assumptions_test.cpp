@@ -430,19 +430,8 @@ TEST(Assumptions, UnknownIdsAreRefusedWithTheList) {
 // Best effort between processes loses: the chain was guaranteed.
 TEST(Assumptions, BestEffortBetweenProcessesLoses) {
   const auto text = [](const char* reliability) {
-    return fmt::format(R"(
-topics: {{/x: {{reliability: {}, delay: {{max: 1ms}}}}}}
-threads:
-  a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}
-  b: {{policy: SCHED_FIFO, priority: 60, affinity: [1]}}
-machine: {{cpus: [0, 1]}}
-executors: {{a: {{type: events, threads: [a]}}, b: {{type: events, threads: [b]}}}}
-containers:
-  - {{name: p1, components: [{{component: takt::Workload, name: x, executor: a, parameters: {{publishers: {{topic: [x], period_us: [20000], work_us: [100]}}}}}}]}}
-  - {{name: p2, components: [{{component: takt::Workload, name: y, executor: b, parameters: {{subscriptions: {{topic: [x], work_us: [100]}}}}}}]}}
-chains: [{{name: c, deadline: 150ms, path: [x/x_timer, y/x]}}]
-)",
-                       reliability);
+    return two_processes(
+        fmt::format("topics: {{/x: {{reliability: {}, delay: {{max: 1ms}}}}}}\n", reliability));
   };
   EXPECT_EQ(verdict_of(text("best_effort")), Verdict::may_lose);
   EXPECT_EQ(verdict_of(text("reliable")), Verdict::guaranteed);

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "takt/containers/configuration/configuration_file_test.hpp"
 #include "takt/containers/configuration/system_reader.hpp"
 #include "takt/containers/container.hpp"
@@ -131,6 +133,22 @@ inline ModelBounds::Chain bound_of(const std::string& text,
 /// If somebody has accepted all that nobody checks.
 inline Verdict verdict_of(const std::string& text, const MeasuredModel* measured = nullptr) {
   return analyzed(text, measured, /*accepts_all=*/true).verdict();
+}
+
+/// A timer of one process sends to a subscription of another one. `top`: more keys of the file.
+inline std::string two_processes(const std::string& top, int period_us = 20'000) {
+  return top + fmt::format(R"(
+threads:
+  a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}
+  b: {{policy: SCHED_FIFO, priority: 60, affinity: [1]}}
+machine: {{cpus: [0, 1]}}
+executors: {{a: {{type: events, threads: [a]}}, b: {{type: events, threads: [b]}}}}
+containers:
+  - {{name: p1, components: [{{component: takt::Workload, name: x, executor: a, parameters: {{publishers: {{topic: [x], period_us: [{}], work_us: [100]}}}}}}]}}
+  - {{name: p2, components: [{{component: takt::Workload, name: y, executor: b, parameters: {{subscriptions: {{topic: [x], work_us: [100]}}}}}}]}}
+chains: [{{name: c, deadline: 150ms, path: [x/x_timer, y/x]}}]
+)",
+                           period_us);
 }
 
 }  // namespace takt::test

@@ -215,19 +215,7 @@ container:
 // What is sure to take long is no jitter.
 TEST(Keys, TheShortestDelayCounts) {
   const auto backlog = [](const char* delay) {
-    return analyzed(fmt::format(R"(
-topics: {{/x: {{delay: {{{}}}}}}}
-threads:
-  a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}
-  b: {{policy: SCHED_FIFO, priority: 60, affinity: [1]}}
-machine: {{cpus: [0, 1]}}
-executors: {{a: {{type: events, threads: [a]}}, b: {{type: events, threads: [b]}}}}
-containers:
-  - {{name: p1, components: [{{component: takt::Workload, name: x, executor: a, parameters: {{publishers: {{topic: [x], period_us: [2000], work_us: [100]}}}}}}]}}
-  - {{name: p2, components: [{{component: takt::Workload, name: y, executor: b, parameters: {{subscriptions: {{topic: [x], work_us: [100]}}}}}}]}}
-chains: [{{name: c, deadline: 150ms, path: [x/x_timer, y/x]}}]
-)",
-                                delay))
+    return analyzed(two_processes(fmt::format("topics: {{/x: {{delay: {{{}}}}}}}\n", delay), 2'000))
         .bounds.all.callbacks[1]
         .backlog;
   };

@@ -212,20 +212,9 @@ TEST(Traps, NothingComesWhereNobodySends) {
 
 TEST(Traps, ProcessesThatDoNotFindEachOtherSendNothing) {
   const auto found = [](const char* discovery) {
-    return analyzed(fmt::format(R"(
-dds: {{discovery: "{}"}}
-topics: {{/x: {{delay: {{max: 1ms}}}}}}
-threads:
-  a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}
-  b: {{policy: SCHED_FIFO, priority: 60, affinity: [1]}}
-machine: {{cpus: [0, 1]}}
-executors: {{a: {{type: events, threads: [a]}}, b: {{type: events, threads: [b]}}}}
-containers:
-  - {{name: p1, components: [{{component: takt::Workload, name: x, executor: a, parameters: {{publishers: {{topic: [x], period_us: [20000], work_us: [100]}}}}}}]}}
-  - {{name: p2, components: [{{component: takt::Workload, name: y, executor: b, parameters: {{subscriptions: {{topic: [x], work_us: [100]}}}}}}]}}
-chains: [{{name: c, deadline: 150ms, path: [x/x_timer, y/x]}}]
-)",
-                                discovery))
+    return analyzed(two_processes(fmt::format("dds: {{discovery: \"{}\"}}\n"
+                                              "topics: {{/x: {{delay: {{max: 1ms}}}}}}\n",
+                                              discovery)))
         .bound();
   };
   EXPECT_TRUE(found("localhost").bound);
