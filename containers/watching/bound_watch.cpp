@@ -277,7 +277,10 @@ BoundWatch::Figures BoundWatch::figures(const std::vector<int>& threads) {
 
 std::uint64_t BoundWatch::counted_so_far(const char* kind, const std::string& what,
                                          std::uint64_t more) {
-  return counts_[{kind, what}] += more;
+  const std::pair key(std::string(kind), what);
+  // Each has a deviation of its own while there is room for one: then it is one of the others.
+  if (counts_.size() >= kMostDeviations && !counts_.contains(key)) return more;
+  return counts_[key] += more;
 }
 
 void BoundWatch::report(const std::string& id, const std::string& of, const std::string& text,
