@@ -2,6 +2,7 @@
 #include "takt/analysis/analysis.hpp"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -14,7 +15,7 @@ namespace {
 
 // Limit: paths of callbacks through an executor, for `takt analyze`. At it: the analysis fails.
 // Seen: the error.
-constexpr std::size_t kMostPaths = 1000;
+constexpr std::size_t kMostPaths = 10'000;
 // What has not settled by then counts as unbounded.
 // Limit: rounds until the bounds of a system settle. At it: what has not settled has no bound.
 // Seen: the reason in the result.
@@ -48,7 +49,13 @@ Solver::Solver(const System& system, const Options& options)
   }
   if (!options.explains) return;
   for (Part& part : parts_) part.explains = true;
-  for (AnalysedPath& path : paths_) analyse(path);
+  std::set<std::size_t> on_chains;
+  for (const Chain& chain : system_.chains) {
+    on_chains.insert(chain.callbacks.begin(), chain.callbacks.end());
+  }
+  for (AnalysedPath& path : paths_) {
+    if (on_chains.contains(path.path.last())) analyse(path);
+  }
 }
 
 void Solver::order_callbacks() {
@@ -121,6 +128,7 @@ void Solver::add_source(Source source) {
   Time cost = 0;
   Count executions = 0;
   for (const auto& [callback, count] : caused) {
+    part.causes[callback].push_back(part.sources.size());
     cost = plus(cost, times(system_.callbacks[callback].execution, count));
     executions = plus(executions, count);
   }
@@ -135,8 +143,9 @@ void Solver::make_paths(Part& part) {
     extend({.path = {part, source, {part.sources[source].callback}}});
   }
   if (paths_.size() - before > kMostPaths) {
-    throw Error(fmt::format("executor '{}' has more than {} paths of callbacks", part.executor.name,
-                            kMostPaths));
+    throw TooManyPaths(static_cast<std::size_t>(&part - parts_.data()),
+                       fmt::format("executor '{}' has more than {} paths of callbacks",
+                                   part.executor.name, kMostPaths));
   }
 }
 

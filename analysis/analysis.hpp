@@ -3,10 +3,12 @@
 #ifndef TAKT_ANALYSIS_ANALYSIS_HPP_
 #define TAKT_ANALYSIS_ANALYSIS_HPP_
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
 #include "takt/analysis/system.hpp"
+#include "takt/base/error.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace takt {
@@ -54,6 +56,17 @@ struct Bounds {
   std::vector<CallbackBound> callbacks;  // as in the system
 };
 
+/// An executor of the system has more paths of callbacks than are analysed.
+/// Thread safety: as Error. Real-time: no.
+class TooManyPaths : public Error {
+ public:
+  TooManyPaths(std::size_t executor, const std::string& what) : Error(what), executor_(executor) {}
+  std::size_t executor() const noexcept { return executor_; }
+
+ private:
+  std::size_t executor_;
+};
+
 /// The least bounds of all methods whose assumptions hold. What an executor makes late comes to the
 /// next with jitter, so all are solved together: from no jitter upwards until nothing changes,
 /// which is the least solution, since no bound falls when jitter grows.
@@ -62,7 +75,7 @@ struct Bounds {
 ///
 /// Throws Error, with the name, for numbers that are no system: indices and times out of range, a
 /// chain of which no output leads from one callback to the next, callbacks that send to each other
-/// in a circle; and for an unknown method.
+/// in a circle; and for an unknown method. TooManyPaths is one, too.
 ///
 /// Source: Tindell, Clark: "Holistic schedulability analysis for distributed hard real-time
 /// systems", 1994.

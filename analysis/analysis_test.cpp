@@ -103,6 +103,8 @@ TEST(Analysis, ThrottlingIsCharged) {
   EXPECT_THAT(bounds(system, "work_conserving"), ElementsAre(8));  // it is no real-time thread
   system.executors[0].is_realtime = true;
   EXPECT_THAT(bounds(system, "work_conserving"), ElementsAre(21));  // 88 may be wanted in 100
+  system.may_come_twice = true;
+  EXPECT_THAT(bounds(system, "work_conserving"), ElementsAre(8 + 2 * 13));
   system.for_realtime->budget = 88;
   EXPECT_THAT(bounds(system, "work_conserving"), ElementsAre(8));
 }
@@ -120,15 +122,22 @@ TEST(Analysis, SpinningIsWorkForThoseBelow) {
   EXPECT_EQ(bounds(system, "work_conserving")[1], kUnbounded);
 }
 
+/// A thread for each, on two CPUs; the first is the most urgent.
+System threads(const std::vector<Task>& each) {
+  System system = tasks(each, Order::by_arrival);
+  system.executors.resize(each.size());
+  for (std::size_t i = 0; i < each.size(); ++i) {
+    system.callbacks[i].executor = i;
+    system.executors[i].share =
+        Executor::Share{{0, 1}, static_cast<int>(each.size()) - static_cast<int>(i)};
+  }
+  return system;
+}
+
 // By hand: while it waits, all CPUs run more urgent ones, or the reservation, whose most is 2 × 1
 // and a tenth.
 TEST(Analysis, AThreadWaitsOnlyWhileAllItsCpusAreTaken) {
-  System system = tasks({{4, 100}, {4, 100}, {4, 100}}, Order::by_arrival);
-  system.executors.resize(3);
-  for (std::size_t i = 0; i < 3; ++i) {
-    system.callbacks[i].executor = i;
-    system.executors[i].share = Executor::Share{{0, 1}, 3 - static_cast<int>(i)};
-  }
+  System system = threads({{4, 100}, {4, 100}, {4, 100}});
   EXPECT_THAT(bounds(system, "work_conserving"), ElementsAre(4, 4, 8));
   system.executors.push_back({.name = "reserved", .reservation = Reservation{1, 10}});
   EXPECT_THAT(bounds(system, "work_conserving"), ElementsAre(4, 7, 9));
@@ -140,13 +149,8 @@ TEST(Analysis, AThreadWaitsOnlyWhileAllItsCpusAreTaken) {
 
 // What is left over of their work when it arrives, too.
 TEST(Analysis, AThreadWaitsForWhatOthersHaveLeftOver) {
-  System system = tasks({{4, 10}, {4, 10}, {4, 100}}, Order::by_arrival);
-  system.executors.resize(3);
-  for (std::size_t i = 0; i < 3; ++i) {
-    system.callbacks[i].executor = i;
-    system.executors[i].share = Executor::Share{{0, 1}, 3 - static_cast<int>(i)};
-  }
-  EXPECT_THAT(bounds(system, "work_conserving"), ElementsAre(4, 4, 12));
+  EXPECT_THAT(bounds(threads({{4, 10}, {4, 10}, {4, 100}}), "work_conserving"),
+              ElementsAre(4, 4, 12));
 }
 
 TEST(Analysis, AThreadOfAPoolSharesTheWorkOfTheOthers) {
@@ -274,6 +278,17 @@ TEST(Analysis, AJoinWaitsForTheOtherInputsAtMost) {
   };
   EXPECT_EQ(chain(std::nullopt), 1 + 30 + 1 + 1);
   EXPECT_GT(chain(0), 100);  // what may be lost does not come
+}
+
+// 2000 timers were refused without a line, and 500 took 5 s.
+TEST(Analysis, AThousandTimersOfAnExecutorAreQuick) {
+  std::vector<Task> many;
+  for (Time i = 0; i < 1000; ++i) many.push_back({1, 10'000 + 100 * (i % 20), 1000});
+  for (const Order order : {Order::by_arrival, Order::by_point}) {
+    EXPECT_EQ(bounds(tasks(many, order), "points").front(), 1000);
+  }
+  EXPECT_THROW(analyze(tasks(std::vector<Task>(20'000, {1, 100'000}), Order::by_arrival)),
+               TooManyPaths);
 }
 
 TEST(Analysis, RefusesWhatIsNoSystem) {

@@ -50,6 +50,9 @@ class ArrivalCurve {
   /// below `limit`. Throws Error when more than `most_counts` arrivals are to be looked at.
   std::vector<Time> steps(Time limit, Time from = 0, Count most_counts = kUnbounded) const;
 
+  /// By their numbers, in any order.
+  friend auto operator<=>(const ArrivalCurve&, const ArrivalCurve&) = default;
+
  private:
   Time without_jitter(Count count) const noexcept;
 

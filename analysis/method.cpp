@@ -107,9 +107,10 @@ Time Part::blocking(Time execution) const {
 
 std::vector<Part::Inner> Part::inner_arrivals(std::size_t callback) const {
   std::vector<Inner> result;
-  for (std::size_t source = 0; source < sources.size(); ++source) {
+  const auto known = causes.find(callback);
+  if (known == causes.end()) return result;
+  for (const std::size_t source : known->second) {
     const Count count = executions(source, callback);
-    if (count == 0) continue;
     const Span& span = spans[source].at(callback);
     ArrivalCurve curve =
         sources[source].curve.with_jitter(span.latest_release - span.earliest_release);
@@ -123,9 +124,10 @@ std::vector<Part::Inner> Part::inner_arrivals(std::size_t callback) const {
 
 Count Part::backlog(std::size_t callback) const {
   Count result = 0;
-  for (std::size_t source = 0; source < sources.size(); ++source) {
+  const auto known = causes.find(callback);
+  if (known == causes.end()) return result;
+  for (const std::size_t source : known->second) {
     const Count count = times(executions(source, callback), sources[source].messages);
-    if (count == 0) continue;
     const Time latest = spans[source].at(callback).latest_end;
     result = plus(result, times(count, sources[source].curve.most(latest)));
   }

@@ -47,8 +47,9 @@ struct Part {
   const Executor& executor;
   std::vector<std::size_t> callbacks;  // all of the executor
   std::vector<Source> sources;
-  std::vector<std::map<std::size_t, Count>> caused;  // by source: executions of each callback
-  std::vector<std::map<std::size_t, Span>> spans;    // by source: as far as known already
+  std::vector<std::map<std::size_t, Count>> caused;        // by source: executions of each callback
+  std::map<std::size_t, std::vector<std::size_t>> causes;  // by callback: the sources that do
+  std::vector<std::map<std::size_t, Span>> spans;          // by source: as far as known already
   // By source, of one arrival: the time of all that it causes here, and how many executions.
   std::vector<Time> costs;
   std::vector<Count> counts;
@@ -91,6 +92,7 @@ struct Part {
   struct Inner {
     ArrivalCurve curve;
     Count messages;
+    friend auto operator<=>(const Inner&, const Inner&) = default;
   };
   std::vector<Inner> inner_arrivals(std::size_t callback) const;
   /// The most messages that wait for it or are served, when the spans are final: an arrival at a

@@ -63,7 +63,7 @@ void find_above(Part& part, const std::vector<Part>& parts) {
 // count as one.
 void limit(Part& part, const std::vector<Part>& parts) {
   if (!part.system.for_realtime || !part.executor.is_realtime) return;
-  part.supply.limit(*part.system.for_realtime, part.is_throttled);
+  part.supply.limit(*part.system.for_realtime, part.system.may_come_twice, part.is_throttled);
   for (const Part& other : parts) {
     const auto& mine = part.executor.share;
     const auto& theirs = other.executor.share;

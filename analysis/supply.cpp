@@ -16,7 +16,7 @@ Time Supply::time_for(Time work, Time limit) const {
       [&](Time window) {
         const Time above = above_ != nullptr ? above_(window) : 0;
         if (!is_throttled()) return plus(work, above);
-        const Time periods = (window + granted_.period - 1) / granted_.period;
+        const Time periods = (window + granted_.period - 1) / granted_.period + further_;
         return plus(plus(work, above), times(periods, granted_.period - granted_.budget));
       },
       limit, work);

@@ -49,9 +49,10 @@ class Supply {
   Supply(Demand above, bool has_equals) : above_(std::move(above)), has_equals_(has_equals) {}
 
   /// What Linux takes away from real-time threads, when `is_throttled`: what is left of each period
-  /// after the budget that it grants to all of them.
-  void limit(Reservation granted, const bool& is_throttled) {
+  /// after the budget that it grants to all of them. See System::may_come_twice.
+  void limit(Reservation granted, bool may_come_twice, const bool& is_throttled) {
     granted_ = granted;
+    further_ = may_come_twice ? 1 : 0;
     is_throttled_ = &is_throttled;
   }
 
@@ -69,6 +70,7 @@ class Supply {
   bool is_throttled() const noexcept { return is_throttled_ != nullptr && *is_throttled_; }
 
   Reservation granted_{0, 1};
+  Time further_ = 0;  // periods beside those of a window
   const bool* is_throttled_ = nullptr;
   Time budget_ = 0, period_ = 0;  // no reservation: 0
   Demand above_;

@@ -28,7 +28,7 @@ std::vector<std::size_t> rivals(const System& system, std::size_t executor) {
   for (std::size_t i = 0; mine && i < system.executors.size(); ++i) {
     const auto& [reservation, theirs] =
         std::tie(system.executors[i].reservation, system.executors[i].share);
-    const bool preempts = theirs && theirs->meets(*mine) && theirs->priority >= mine->priority;
+    const bool preempts = theirs && mine->yields_to(*theirs);
     if (i != executor && (reservation || preempts)) found.push_back(i);
   }
   if (mine && found.size() < mine->cpus.size()) found.clear();

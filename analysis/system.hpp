@@ -63,6 +63,8 @@ struct Executor {
     std::vector<int> cpus;  // on which it may run, sorted
     int priority = 0;       // SCHED_FIFO: the more urgent thread preempts
     bool meets(const Share& other) const;
+    /// Whether it may wait while the other one runs.
+    bool yields_to(const Share& other) const { return meets(other) && other.priority >= priority; }
   };
   std::optional<Share> share;
   /// What a thread that shares its CPU needs there besides its callbacks: before each release of a
@@ -99,6 +101,8 @@ struct System {
   /// What Linux grants to the real-time threads of each CPU, in each period; if not given, all.
   /// SCHED_DEADLINE is not meant.
   std::optional<Reservation> for_realtime;
+  /// What it takes may come at the end of a period, and at once again: Linux' fair server.
+  bool may_come_twice = false;
 };
 
 /// The executors whose threads may run while that of this one waits: those that preempt it, if they

@@ -5,6 +5,8 @@
 // arrival are such points is our own reading.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -32,9 +34,13 @@ class Points final : public Method {
   }
 
  private:
+  /// Callbacks that come together and have the same point.
   struct Other {
-    Time execution, point, overtaking;
+    Time execution, longest;  // of all together, of one
+    Time point, overtaking;
     std::vector<Part::Inner> arrivals;
+
+    auto kind() const { return std::tie(point, overtaking, arrivals); }
   };
 
   static Time point(const Part& part, std::size_t callback) {
@@ -43,23 +49,41 @@ class Points final : public Method {
 
   static std::vector<Other> others_of(const Part& part, std::size_t callback) {
     std::vector<Other> others;
+    const Time longest = part.longest();
     for (const std::size_t other : part.callbacks) {
       if (other == callback) continue;
       // Where arrivals are numbered, a message that is sent before the executor has looked at its
       // timers overtakes one that is due already.
       const bool overtakes = part.executor.order == Order::by_arrival &&
                              part.at(callback).is_timer && !part.at(other).is_timer;
-      others.push_back({part.at(other).execution, point(part, other),
-                        overtakes ? part.longest() - 1 : 0, part.inner_arrivals(other)});
+      const Time execution = part.at(other).execution;
+      others.push_back({execution, execution, point(part, other), overtakes ? longest - 1 : 0,
+                        part.inner_arrivals(other)});
     }
-    return others;
+    return together(std::move(others));
+  }
+
+  // Many timers have few periods.
+  static std::vector<Other> together(std::vector<Other> others) {
+    std::sort(others.begin(), others.end(),
+              [](const Other& a, const Other& b) { return a.kind() < b.kind(); });
+    std::vector<Other> result;
+    for (Other& other : others) {
+      if (result.empty() || result.back().kind() != other.kind()) {
+        result.push_back(std::move(other));
+        continue;
+      }
+      result.back().execution = plus(result.back().execution, other.execution);
+      result.back().longest = std::max(result.back().longest, other.longest);
+    }
+    return result;
   }
 
   // By what has begun, and has a later point in time.
   static Time blocked(const Part& part, const std::vector<Other>& others, Time point) {
     Time longest = 0;
     for (const Other& other : others) {
-      if (other.point > point) longest = std::max(longest, part.blocking(other.execution));
+      if (other.point > point) longest = std::max(longest, part.blocking(other.longest));
     }
     return longest;
   }
@@ -90,6 +114,8 @@ class Points final : public Method {
         if (step + shift >= 0) offsets.push_back(step + shift);
       }
     }
+    std::sort(offsets.begin(), offsets.end());
+    offsets.erase(std::unique(offsets.begin(), offsets.end()), offsets.end());
     const auto blocking = [&](Time offset) { return blocked(part, others, own_point + offset); };
     // Before its own last execution.
     const auto work = [&](Time offset, Time window) {

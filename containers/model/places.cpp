@@ -9,28 +9,21 @@
 namespace takt {
 namespace {
 
-/// A thread with its CPUs, sorted, and its urgency: 0 for all that are not real-time threads.
+/// A thread with its CPUs, sorted, and its priority: 0 for all that are not real-time threads.
 struct Thread {
   std::size_t executor;
   const ThreadAttributes* attributes;
-  std::vector<int> cpus;
-  int urgency;
+  analysis::Executor::Share share;
 
   bool is_reserved() const { return attributes->policy == ThreadPolicy::deadline; }
 };
 
-bool may_meet(const Thread& a, const Thread& b) {
-  return std::any_of(a.cpus.begin(), a.cpus.end(), [&](int cpu) {
-    return std::find(b.cpus.begin(), b.cpus.end(), cpu) != b.cpus.end();
-  });
-}
-
-/// The others that are as urgent or more, and may run on its CPUs; as analysis::rivals.
+/// The others that preempt it, or may let it wait. As analysis::rivals, before executors have
+/// places.
 std::vector<const Thread*> rivals(const Thread& of, const std::vector<Thread>& all) {
   std::vector<const Thread*> found;
   for (const Thread& other : all) {
-    const bool preempts =
-        other.is_reserved() || (other.urgency >= of.urgency && may_meet(of, other));
+    const bool preempts = other.is_reserved() || of.share.yields_to(other.share);
     if (&other != &of && preempts) found.push_back(&other);
   }
   return found;
@@ -79,30 +72,30 @@ Place place_of(const Thread& thread, const std::vector<Thread>& all, std::size_t
                bool is_exclusive) {
   const std::string& name = thread.attributes->name;
   if (thread.is_reserved()) return place_of_reserved(*thread.attributes, all, cpus);
-  if (thread.urgency == 0 && !is_exclusive) {
+  const auto& [own_cpus, priority] = thread.share;
+  if (priority == 0 && !is_exclusive) {
     return {.unknown = fmt::format("thread '{}' is {}, so whatever runs on the machine delays it; "
                                    "give it SCHED_FIFO, or promise `machine: {{exclusive: true}}`",
                                    name, to_string(thread.attributes->policy))};
   }
   const std::vector<const Thread*> found = rivals(thread, all);
-  const analysis::Executor::Share share{.cpus = thread.cpus, .priority = thread.urgency};
-  const bool is_bound = thread.cpus.size() == 1;
+  const bool is_bound = own_cpus.size() == 1;
   // There is a CPU for it whenever it is ready.
-  if (found.size() < thread.cpus.size()) {
-    return {.share = thread.urgency != 0 || is_bound ? std::optional(share) : std::nullopt,
-            .cpu = is_bound ? thread.cpus.front() : -1};
+  if (found.size() < own_cpus.size()) {
+    return {.share = priority != 0 || is_bound ? std::optional(thread.share) : std::nullopt,
+            .cpu = is_bound ? own_cpus.front() : -1};
   }
   const auto is_bound_too = [](const Thread* other) {
-    return !other->is_reserved() && other->cpus.size() == 1;
+    return !other->is_reserved() && other->share.cpus.size() == 1;
   };
   const bool are_all_bound = is_bound && std::all_of(found.begin(), found.end(), is_bound_too);
   const auto equal = std::find_if(found.begin(), found.end(), [&](const Thread* other) {
-    return !other->is_reserved() && other->urgency == thread.urgency;
+    return !other->is_reserved() && other->share.priority == thread.share.priority;
   });
   // Linux moves those of SCHED_OTHER to a free CPU, but not at once.
-  if (thread.urgency == 0 && (equal != found.end() || !is_bound)) {
+  if (priority == 0 && (equal != found.end() || !is_bound)) {
     return {.unknown = fmt::format("the threads {} share CPU {} without real-time priorities",
-                                   names(thread, found), fmt::join(thread.cpus, ", "))};
+                                   names(thread, found), fmt::join(own_cpus, ", "))};
   }
   if (equal != found.end() && !are_all_bound) {
     return {.unknown = fmt::format("threads '{}' and '{}' have the same priority, and more threads "
@@ -110,7 +103,7 @@ Place place_of(const Thread& thread, const std::vector<Thread>& all, std::size_t
                                    "priority, or bind each to one CPU (`affinity`)",
                                    name, (*equal)->attributes->name)};
   }
-  return {.share = share, .cpu = is_bound ? thread.cpus.front() : -1};
+  return {.share = thread.share, .cpu = is_bound ? own_cpus.front() : -1};
 }
 
 // Several threads need a CPU each.
@@ -119,7 +112,7 @@ Place place_of_pool(const std::vector<const Thread*>& pool, const std::vector<Th
   for (const Thread* thread : pool) {
     const Place place = place_of(*thread, all, cpus, is_exclusive);
     if (!place.unknown.empty()) return place;
-    if (!place.reservation && rivals(*thread, all).size() < thread->cpus.size()) continue;
+    if (!place.reservation && rivals(*thread, all).size() < thread->share.cpus.size()) continue;
     std::vector<const Thread*> others;
     for (const Thread* other : pool) {
       if (other != pool.front()) others.push_back(other);
@@ -141,8 +134,9 @@ std::vector<Place> find_places(std::span<const ModelledThread> threads, std::siz
     std::sort(own.begin(), own.end());
     const bool is_realtime =
         attributes.policy == ThreadPolicy::fifo || attributes.policy == ThreadPolicy::rr;
-    all.push_back(
-        {thread.executor, &attributes, std::move(own), is_realtime ? attributes.priority : 0});
+    all.push_back({thread.executor,
+                   &attributes,
+                   {.cpus = std::move(own), .priority = is_realtime ? attributes.priority : 0}});
   }
   std::vector<Place> result(executors);
   for (std::size_t executor = 0; executor < executors; ++executor) {
@@ -158,7 +152,7 @@ std::vector<Place> find_places(std::span<const ModelledThread> threads, std::siz
   for (const Thread& thread : all) {
     Place& place = result[thread.executor];
     const std::vector<const Thread*> found = rivals(thread, all);
-    if (!place.share || found.size() < thread.cpus.size()) continue;
+    if (!place.share || found.size() < thread.share.cpus.size()) continue;
     for (const Thread* other : found) {
       const Place& its = result[other->executor];
       if (other->executor == thread.executor || its.share || its.reservation) continue;

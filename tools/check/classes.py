@@ -12,9 +12,9 @@ MOST_FIELDS = 15
 # (functions, fields) that the larger ones may have, and why. Never split one only for the number.
 EXCEPTIONS = {
     ("components/recorder.hpp", "Recorder"): (18, 16, "a component, with its parameters"),
-    ("containers/configuration/configuration_reader.hpp", "ConfigurationReader"): (71, 6, "a function for each kind of value"),
+    ("containers/configuration/configuration_reader.hpp", "ConfigurationReader"): (72, 6, "a function for each kind of value"),
     ("containers/container.hpp", "Container"): (83, 30, "the façade of a process: configure, start, load, stop, result"),
-    ("containers/model/model_builder.hpp", "ModelParts"): (15, 16, "what all steps share"),
+    ("containers/model/model_builder.hpp", "ModelParts"): (15, 17, "what all steps share"),
     ("containers/model/model_builder.hpp", "ModelBuilder"): (38, 0, "a step for each part of a model"),
     ("entities/entity.hpp", "Entity"): (42, 13, "what executors see of every kind of entity"),
     ("executors/engine/callbacks.hpp", "Callbacks"): (35, 14, "16 of them belong to the interfaces of executor and listener"),

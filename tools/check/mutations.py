@@ -133,6 +133,10 @@ MUTATIONS = {
         "0", GUARANTEES),
     "overheads are zero in silence": (
         "containers/model/model_machine.cpp", '? «"overheads_are_zero"»', '"as_declared"', GUARANTEES),
+    "ignored: change: a component is unloaded": (
+        "containers/model/model_assumptions.cpp", "‹  if (!is_closed) add_what_others_may_change();›", "", GUARANTEES),
+    "ignored: callback parameters: on_deadline_miss": (
+        "containers/model/model_bounds.cpp", "«!limit || !executors.contains(callback.executor)») continue;", "true", GUARANTEES),
     "ignored: change: somebody changes a thread from outside": (
         "containers/model/model_machine.cpp", "‹if (!may_meet || !(is_before || model_.system.for_realtime)) continue;›",
         "continue;", GUARANTEES),
@@ -230,7 +234,7 @@ MUTATIONS |= {
          "times(whole - each, own.curve.most(offset + 1))"),
         ("equally urgent callbacks", "methods/urgency.cpp", "«part_.at(callback).urgency >= least_»", "part_.at(callback).urgency > least_"),
         ("a later deadline blocks nobody", "methods/points.cpp",
-         "«std::max(longest, part.blocking(other.execution))»",
+         "«std::max(longest, part.blocking(other.longest))»",
          "longest"),
         ("equal deadlines", "methods/points.cpp", "«offset + 1 + own_point - other.point»", "offset + own_point - other.point"),
         ("jitter between executors", "analysis.cpp",
@@ -246,9 +250,9 @@ MUTATIONS |= {
          "offset + 1"),
         ("a shorter way", "methods/work_conserving.cpp", "count = «times(count, messages)»",
          "path.part.executions(path.source, path.last())"),
-        ("equal priorities of threads", "system.cpp",
-         "theirs->meets(*mine) && «theirs->priority >= mine->priority»",
-         "theirs->priority > mine->priority"),
+        ("equal priorities of threads", "system.hpp",
+         "meets(other) && «other.priority >= priority»",
+         "other.priority > priority"),
         ("as many rivals as CPUs", "system.cpp", "«found.size() < mine->cpus.size()»", "found.size() <= mine->cpus.size()"),
         ("a reservation's two budgets", "supplies.cpp", "«plus(share, times(2, reservation.budget))»", "share"),
         ("a thread that is behind", "supply.hpp",

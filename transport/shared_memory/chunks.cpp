@@ -17,10 +17,7 @@ constexpr std::size_t kMostSharedReaders = 120;
 constexpr std::size_t kChunkAlignment = 8;  // Cyclone asks for no more
 // Limit: messages that a subscription holds in shared memory. At it: further ones are copied. Seen:
 // `uncopied`.
-constexpr std::size_t kMostHeld = 240;  // iceoryx allows 256
-// Limit: messages of a subscription that wait in shared memory. At it: the oldest is overwritten.
-// Seen: `lost` of the topic.
-constexpr std::size_t kMostQueued = 256;             // iceoryx's limit
+constexpr std::size_t kMostHeld = 240;               // iceoryx allows 256
 constexpr std::size_t kQueuedSmall = 100;            // messages, while they are small: …
 constexpr std::size_t kQueuedBytes = 1024UL * 1024;  // … all of them together
 constexpr std::size_t kInCallbacks = 8;

@@ -47,6 +47,10 @@ struct ChunkPool {
   std::size_t chunks = 0;
 };
 
+// Limit: messages of a subscription that wait in shared memory. At it: the oldest is overwritten.
+// Seen: `lost` of the topic.
+inline constexpr std::size_t kMostQueued = 256;  // iceoryx's limit
+
 /// What a publisher can have in use at once: eight loans, and the message that it sent last.
 inline constexpr std::size_t kChunksOfWriter = 9;
 /// The same for a subscription: what waits in iceoryx's queue, and what its callbacks have.
