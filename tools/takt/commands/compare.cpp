@@ -4,10 +4,12 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include "takt/base/histogram.hpp"
@@ -347,6 +349,21 @@ Against find_against(const Options& options, std::span<const Comparison> rows) {
   return find_against(options.against, names);
 }
 
+/// Of files that are watched (`analysis: {watch: true}`).
+void note_deviations(std::span<const rt::Run> runs) {
+  std::map<std::string, std::set<std::string>> found;  // ids by row
+  for (const rt::Run& run : runs) {
+    if (!run.deviations) continue;
+    for (const auto& deviation : *run.deviations) {
+      found[fmt::format("{}, executor {}", run.file, run.executor)].insert(deviation.id);
+    }
+  }
+  for (const auto& [row, ids] : found) {
+    rt::to_stderr("note: {}: runs deviated from what its bounds rest on: {}\n", row,
+                  fmt::join(ids, ", "));
+  }
+}
+
 void compare(Options options) {
   std::vector<Comparison> rows = rows_of(options);
   parse_run_time(options.duration);
@@ -358,6 +375,7 @@ void compare(Options options) {
   if (runs.empty()) throw Interrupted(*interrupted);
   const std::vector<Compared> compared = compare_rows(runs, against);
   for (const std::string& note : stored_notes(runs, against)) rt::to_stderr("note: {}\n", note);
+  note_deviations(runs);
   if (!options.results.use_stdout()) {
     print(rows, options.repeat);
     if (is_comparison) print_verdicts(compared, against);

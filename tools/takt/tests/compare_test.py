@@ -161,6 +161,19 @@ check("takt run writes CSV, too", {row["of"] for row in rows} >= {"timer", "subs
 check("without histograms unless asked", not any("bucket" in row["figure"] for row in rows))
 shown, _ = run("run", system, "--duration", "200ms", "--csv", "-", "--histograms")
 check("with them if asked", any("bucket" in row["figure"] for row in lines_of(shown)))
+# ---- A watched file ----
+pathlib.Path("watched.yaml").write_text("""
+machine: {exclusive: true, rt_runtime: unlimited}
+analysis: {watch: true}
+threads: {one: {affinity: [0]}}
+executors: {default: {type: events, threads: [one]}}
+chains: [{name: c, path: [x/x_timer]}]
+container:
+  components:
+    - {component: takt::Workload, name: x, executor: default, parameters: {publishers: {topic: [x], period_us: [5000], work_us: [500]}}}
+""")
+_, errors = run("compare", "watched.yaml", "--executors", "file", "--duration", "200ms", "--json", "-")
+check("what deviates is named", "watched.yaml, executor file: runs deviated from what its bounds rest on: " in errors, errors)
 # ---- takt bench ----
 shutil.copy(system, "twin.yaml")
 shown, _ = run("bench", "topologies", system, "twin.yaml", "--duration", "50ms", "--repeat", "2", "--json", "-")
