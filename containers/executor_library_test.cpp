@@ -143,10 +143,10 @@ TEST(ExecutorLibrary, MustBeThereAndOfThisVersion) {
 
 TEST(ExecutorLibrary, MustRegisterTheName) {
   EXPECT_EQ(errors_naming("soundd"),
-            kLine2 +
-                "library '" TAKT_TEST_EXECUTORS
-                "' registers no executor 'soundd'; did you mean 'sound'? valid: never_made, "
-                "never_made_either, sound, also_sound, of_its_scheduler, events, twice, twice\n");
+            kLine2 + "library '" TAKT_TEST_EXECUTORS
+                     "' registers no executor 'soundd'; did you mean 'sound'? valid: never_made, "
+                     "never_made_either, with_a_rule, with_bands, sound, also_sound, "
+                     "of_its_scheduler, events, twice, twice\n");
   EXPECT_EQ(errors_naming("sound", TAKT_TEST_SCHEDULERS),
             kLine2 + "library '" TAKT_TEST_SCHEDULERS
                      "' registers no executor 'sound'; say TAKT_REGISTER_EXECUTOR(\"sound\", …) "

@@ -50,8 +50,25 @@ struct Hangs : Never {
   }
 };
 
+struct Open : takt::Rule {
+  explicit Open(const takt::ExecutorOptions&) {}
+};
+
+struct AllWorkers : takt::WorkersPolicy {
+  explicit AllWorkers(const takt::ExecutorOptions&) {}
+  takt::WorkerSet workers_of(const takt::NamedCallback&,
+                             std::span<const takt::ThreadAttributes> workers) const override {
+    return (takt::WorkerSet{1} << workers.size()) - 1;
+  }
+};
+
 }  // namespace
 
+TAKT_REGISTER_EXECUTOR("with_a_rule", "for tests", .readiness = takt::Readiness::events,
+                       .scheduler = "fifo", .rule = takt::make_rule<Open>)
+TAKT_REGISTER_EXECUTOR("with_bands", "for tests", .readiness = takt::Readiness::events,
+                       .scheduler = "fifo", .max_threads = 2,
+                       .workers = takt::make_workers_policy<AllWorkers>)
 TAKT_REGISTER_EXECUTOR("sound", "every event at once, for two threads",
                        .readiness = takt::Readiness::events, .scheduler = "fifo", .max_threads = 2,
                        .pool = true)

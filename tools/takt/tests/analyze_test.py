@@ -26,6 +26,7 @@ ACCEPTED = """accept:
   not_seen: a test
   nothing_else_runs: of other tests
   realtime_granted: a test
+  rt_runtime_as_here: a test
 """
 ROBOT = ACCEPTED + """
 threads:
@@ -116,8 +117,7 @@ with tempfile.TemporaryDirectory() as folder:
     check("planned executors", output.startswith("1 chain: 1 with a bound"), status, output, errors)
 
     # A file for a machine with more CPUs was refused.
-    elsewhere = write("elsewhere.yaml", "machine: {cpus: [64, 65]}\n" + ROBOT.replace(
-        ACCEPTED, ACCEPTED + "  rt_runtime_as_here: a test\n").replace("DEADLINE", "20ms")
+    elsewhere = write("elsewhere.yaml", "machine: {cpus: [64, 65]}\n" + ROBOT.replace("DEADLINE", "20ms")
                       .replace("affinity: [0]", "affinity: [65]"))
     status, output, errors = run(elsewhere)
     check("a machine of its own", status == 0 and " guaranteed " in output, status, output, errors)
@@ -183,6 +183,18 @@ with tempfile.TemporaryDirectory() as folder:
           json.loads(run(edited, "--model", model, "--json", "-")[1])["chains"][0]["observed_us"] is None, errors)
     check("a model of another file", "the model was measured with '" + robot in errors, errors)
     check("its own is not marked", run(robot, "--model", model)[2] == "")
+    with open(model, encoding="utf-8") as file:
+        lines = file.read()
+
+    def missing(*words):
+        return json.loads(run(*words, "--json", "-")[1])["chains"][0]["missing"]
+    check("nor is it from elsewhere", "model_from_elsewhere" not in missing(robot, "--model", model))
+    elsewhere = write("elsewhere.model.yaml", re.sub("^machine: .*$", "machine: 16 x i9, Linux 6.8", lines, flags=re.M))
+    check("a model of another machine", "model_from_elsewhere" in missing(robot, "--model", elsewhere))
+    with open(robot, encoding="utf-8") as file:
+        changed = file.read().replace("work_us: [500]", "work_us: [501]")
+    changed = write("changed.yaml", changed)
+    check("a model of other components", "model_from_elsewhere" in missing(changed, "--model", model))
     status, output, errors = run(robot, command="model")
     check("a file that is no trace", status == 2 and "this is not a trace of this version of Takt" in errors, output, errors)
     status, output, errors = run(trace, "-o", os.path.join(folder, "none", "x.yaml"), command="model")
