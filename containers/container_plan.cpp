@@ -184,7 +184,8 @@ void Container::add_callbacks(const Loaded& loaded, ModelledProcess& process) co
       .node = loaded.node(),
       .executors = {},
       .where = component.where,
-      .is_of_takt = component.library.empty() && component.type.starts_with("takt::")});
+      .is_of_takt = component.library.empty() && component.type.starts_with("takt::"),
+      .ends_with_exceptions = component.on_exception == OnException::terminate});
   for (const auto& group : loaded.node()->groups()) {
     std::string executor = executor_of(loaded, *group);
     auto& known = member.executors;

@@ -16,10 +16,6 @@ constexpr auto kBetweenLooks = std::chrono::seconds(1);
 
 // The executors have the callbacks, but do not run them yet.
 void Container::make_bound_watch() {
-  if (overrides_.find_node) {
-    throw Error("the bounds of a program cannot be watched", "remove `analysis: {watch: true}`",
-                description_.file);
-  }
   std::optional<MeasuredModel> measured;
   if (!description_.model.empty()) measured = read_measured_model(description_.model);
   const ModelledProcess process = modelled();

@@ -52,7 +52,8 @@ const char* realtime_policy(int policy) {
 
 enum class Of { others, this_process };
 
-/// All real-time threads of other processes, except of the kernel, or of this one, by thread id.
+/// All real-time threads of other processes, of the kernel only those that serve interrupts, or of
+/// this one, by thread id.
 std::map<int, Neighbour> realtime_threads(Of whose = Of::others) {
   std::map<int, Neighbour> result;
   std::error_code ignored;  // processes may end during the iteration
@@ -60,7 +61,10 @@ std::map<int, Neighbour> realtime_threads(Of whose = Of::others) {
     const std::string name = process.path().filename();
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
     if ((std::stoi(name) == getpid()) != (whose == Of::this_process)) continue;
-    if (read_line(process.path() / "cmdline").empty()) continue;
+    if (read_line(process.path() / "cmdline").empty() &&
+        !read_line(process.path() / "comm").starts_with("irq/")) {
+      continue;
+    }
     for (const auto& task : fs::directory_iterator(process.path() / "task", ignored)) {
       Neighbour neighbour{.process = std::stoi(name),
                           .thread = std::stoi(task.path().filename().string())};

@@ -32,7 +32,7 @@ std::string machine_line();
 void stay_on(std::size_t cpu);
 
 /// A thread, of another process where nothing else is said, under SCHED_FIFO, SCHED_RR or
-/// SCHED_DEADLINE.
+/// SCHED_DEADLINE. Of the kernel, those that serve interrupts.
 struct Neighbour {
   int process = 0, thread = 0;
   std::string name, policy;

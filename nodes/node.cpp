@@ -364,8 +364,9 @@ void Node::remember_output(const std::string& topic, const PublishingCallbacks& 
     known.names.clear();
     known.joins = false;
   } else {
+    // Two joins of other callbacks are not one of all of them, which sends less.
+    known.joins = known.joins && callbacks.joins && known.names == callbacks.names;
     add(known.names, callbacks.names);
-    known.joins = known.joins && callbacks.joins;
   }
 }
 

@@ -61,6 +61,7 @@ SystemDescription ConfigurationReader::read(const Value& root) {
   read_file(root);
   check_number_of_containers(root);
   check_that_loading_can_be_asked_for(root);
+  check_watching(root);
   check_cpus_of_threads(root);
   if (const Value* executors = document::find(root, "executors"); executors != nullptr) {
     errors_.passes(executors->line, [this] { check_admission(executors_threads_); });
@@ -165,6 +166,22 @@ void ConfigurationReader::read_analysis(const Value& analysis) {
              "As `takt run --watch-bounds`: compares what runs with what the bounds of its chains "
              "rest on.",
              into(system_.watches_bounds)}});
+}
+
+// Each process would know only its own part of what bounds rest on, and a program more than that.
+void ConfigurationReader::check_watching(const Value& root) {
+  if (!system_.watches_bounds) return;
+  const auto* const analysis = document::find(root, "analysis");
+  const auto refuse = [&](const std::string& why) {
+    errors_.add(document::find(*analysis, "watch")->line,
+                fmt::format("`watch` is for a file with one process: {}", why), "leave it out");
+  };
+  if (document::find(root, "nodes") != nullptr) refuse("this one is for a program");
+  std::set<std::string> containers;
+  for (const ComponentDescription& component : system_.components) {
+    containers.insert(component.container);
+  }
+  if (containers.size() > 1) refuse(fmt::format("there are {}", containers.size()));
 }
 
 void ConfigurationReader::read_memory(const Value& memory) {

@@ -90,6 +90,7 @@ class ConfigurationReader : private SystemReader {
   void check_number_of_containers(const Value& root);
   void check_file_of_program(const Value& root, const Value& nodes);
   void check_that_loading_can_be_asked_for(const Value& root);
+  void check_watching(const Value& root);
   std::string read_container(const Value& value);
   Read into_load(LoadPolicy& load);
   void read_folder(const Value& value, LoadPolicy& load);

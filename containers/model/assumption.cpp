@@ -8,7 +8,7 @@ namespace takt {
 namespace {
 
 constexpr std::array kKinds{
-    AssumptionKind{"as_declared", "what the file states, and no run has shown, is so",
+    AssumptionKind{"as_declared", "what the file or the code states, and no run has shown, is so",
                    "while it runs, with `analysis: {watch: true}`: execution times and arrivals",
                    "measure it: `takt run --trace`, `takt model`, `--model`"},
     AssumptionKind{"as_measured", "nothing is worse than in the measured run, and its margin", "",
@@ -30,34 +30,44 @@ constexpr std::array kKinds{
                    "nobody outside of the file sends to its callbacks, or receives what they send",
                    "", "`dds: {discovery: \"off\"}`, if nobody shall"},
     AssumptionKind{"no_page_faults", "memory of the process stays where it is",
-                   "while it runs, with `analysis: {watch: true}`", "`memory: {lock: true}`"},
+                   "while it runs, with `analysis: {watch: true}`",
+                   "`memory: {lock: true}` and `realtime: require`"},
     AssumptionKind{"not_seen", "what the measured run has not shown never happens", "",
                    "measure a run in which it happens, or declare it"},
     AssumptionKind{
         "nothing_else_runs",
         "no thread outside of the file runs on its CPUs before those of callbacks",
-        "when it is analysed, for real-time threads; while it runs, with `analysis: {watch: true}`",
-        ""},
-    AssumptionKind{"nothing_is_changed",
-                   "no container gets another component, and no callback other parameters",
-                   "while it runs, with `analysis: {watch: true}`",
-                   "name the model in the file (`model`): then a container refuses what takes a "
-                   "guarantee away; of several processes, it does not know the others"},
+        "while it runs, with `analysis: {watch: true}`; those that are there when it is analysed "
+        "are named",
+        "`analysis: {watch: true}`"},
+    AssumptionKind{
+        "nothing_is_changed",
+        "no container gets or unloads a component, no callback gets other parameters, and "
+        "active nodes stay active",
+        "while it runs, with `analysis: {watch: true}`: what containers do",
+        "name the model in the file (`model`): then a container refuses to load and to "
+        "change what takes a guarantee away; of several processes, it does not know the "
+        "others"},
     AssumptionKind{"overheads_are_zero", "Linux and Takt need no time besides that of callbacks",
                    "",
                    "`--overheads measure`, a model of a longer run, or `machine: {overheads: "
                    "{dispatch: …, wake: …, switch: …, publish: …}}`"},
     AssumptionKind{"realtime_granted", "Linux gives all threads their policies and priorities",
-                   "at the start, with `realtime: require`: what is refused ends the run; else "
-                   "while it runs, with `analysis: {watch: true}`",
+                   "at the start, with `realtime: require`: what is refused ends the run; while it "
+                   "runs, with `analysis: {watch: true}`, which also sees who changes them",
                    "`realtime: require`"},
     AssumptionKind{"requests_are_answered", "each request is answered in time", "",
                    "measure a run, or give the client's callback an `arrival`"},
-    AssumptionKind{"rt_runtime_as_here", "Linux throttles real-time threads as on this machine",
-                   "when it is analysed", "`machine: {rt_runtime: …}`"},
+    AssumptionKind{"rt_runtime_as_here",
+                   "Linux throttles real-time threads as on this machine, and the fair server of "
+                   "newer kernels (6.12) runs others before them only then",
+                   "when it is analysed; while it runs, with `analysis: {watch: true}`",
+                   "`analysis: {watch: true}`; `machine: {rt_runtime: …}`; a kernel whose fair "
+                   "server is off (0 in "
+                   "`/sys/kernel/debug/sched/fair_server/cpu*/runtime`)"},
     AssumptionKind{"reservations_end",
                    "the kernel ends the budget of a reservation when it is used up", "",
-                   "let the callbacks of a reservation need less than its budget: without "
+                   "let the callbacks of each reservation need less than its budget: without "
                    "HRTICK_DL the kernel looks once a tick"},
     AssumptionKind{"start_is_over", "the start is over: its bursts and constructors do not count",
                    "", "`from: activation` in the chain"},

@@ -131,14 +131,14 @@ constexpr CoverageEntry kTable[] = {
     {"a component", "executor", kUsed, "part_of"},
     {"a component", "callback_groups", kUsed, "see a callback group"},
     {"a component", "callbacks", kUsed, "see a callback"},
-    {"a component", "on_exception", kIrrelevant,
-     "an instance with an exception ends; the run says so"},
+    {"a component", "on_exception", kUsed,
+     "add_exceptions: `terminate` ends the run; else no execution ends with one"},
     // A node of a program
     {"a node of a program", "executor", kUsed, "part_of"},
     {"a node of a program", "callback_groups", kUsed, "see a callback group"},
     {"a node of a program", "callbacks", kUsed, "see a callback"},
-    {"a node of a program", "on_exception", kIrrelevant,
-     "an instance with an exception ends; the run says so"},
+    {"a node of a program", "on_exception", kUsed,
+     "add_exceptions: `terminate` ends the run; else no execution ends with one"},
     // A callback group
     {"a callback group", "priority", kUsed, "set_order; `per: group` also add_threads"},
     {"a callback group", "deadline", kUsed, "set_order; with `abort`: losses"},
@@ -341,10 +341,9 @@ constexpr CoverageEntry kTable[] = {
     {"callback parameters", "budget", kUsed, "see a callback"},
     {"callback parameters", "criticality", kUsed, "see a callback"},
     {"callback parameters", "overrun", kUsed, "see a callback"},
-    {"callback parameters", "on_deadline_miss", kIrrelevant,
-     "runs when a deadline is missed: then nothing is guaranteed any more"},
-    {"callback parameters", "on_overrun", kIrrelevant,
-     "runs after an overrun: then nothing is guaranteed any more"},
+    {"callback parameters", "on_deadline_miss", kUsed,
+     "where it may run there is no bound: nobody knows for how long"},
+    {"callback parameters", "on_overrun", kUsed, "see on_deadline_miss"},
     // An executor type
     {"an executor type", "readiness", kUsed, "part_of"},
     {"an executor type", "scheduler", kUsed, "part_of"},
@@ -419,7 +418,8 @@ constexpr CoverageEntry kTable[] = {
     {"a reserved thread", "watchdog", kUsed, "see main"},
     // Change
     {"change", "lifecycle transition", kUsed,
-     "add_lifecycle_nodes: not covered before it is configured, unless a run was measured"},
+     "add_lifecycle_nodes: not covered before it is configured, unless a run was measured; "
+     "nothing_is_changed"},
     {"change", "a callback is made later", kUsed,
      "add_what_nodes_may_make: as_declared, as_measured"},
     {"change", "a parameter is set", kUsed,
@@ -428,14 +428,15 @@ constexpr CoverageEntry kTable[] = {
      "a container refuses what takes a guarantee away"},
     {"change", "a component is loaded", kUsed,
      "a container refuses what takes a guarantee away; several: nothing_is_changed"},
-    {"change", "a component is unloaded", kIrrelevant, "what is gone delays nobody"},
+    {"change", "a component is unloaded", kUsed, "its chains end: nothing_is_changed"},
     {"change", "a peer comes to a topic", kUsed, "no_other_publishers"},
     {"change", "an overrun", kUsed, "see overrun of a callback"},
-    {"change", "an exception", kIrrelevant, "the instance ends; the run says so"},
+    {"change", "an exception", kUsed, "see on_exception of a component"},
     {"change", "a process is restarted", kIrrelevant, "its instances end; the run says so"},
     {"change", "simulated time is switched on", kUsed,
      "timers of simulated time have unknown arrivals"},
-    {"change", "somebody changes a thread from outside", kUsed, "nothing_else_runs"},
+    {"change", "somebody changes a thread from outside", kUsed,
+     "nothing_else_runs; watched: realtime_granted"},
 };
 
 }  // namespace

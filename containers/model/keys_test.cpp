@@ -11,6 +11,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// A timer that sends to a receiver, 1 ms each, and two others of 2 ms beside them; what is written
 /// besides.
@@ -297,6 +298,19 @@ TEST(Keys, AComponentOfALibraryIsMade) {
 
 // ---- The file ----
 
+TEST(Keys, AnExceptionEndsTheRunOrAnInstance) {
+  KeyedFile file{.more = R"(
+    - component: takt::test::KeyedReceiver
+      name: r
+      executor: default
+      callbacks: {nobody: {execution: 1ms, arrival: {period: 1s}}}
+)"};
+  EXPECT_THAT(file.analyzed().text_of("as_declared"), Not(HasSubstr("exception")));
+  file.more += "      on_exception: ignore\n";
+  EXPECT_THAT(file.analyzed().text_of("as_declared"),
+              HasSubstr("no execution of '/r/nobody' ends with an exception"));
+}
+
 TEST(Keys, AContainerRefusesParametersThatTakeAGuaranteeAway) {
   std::string text = KeyedFile{.x_keys = of_others("priority: 50"), .path = "x/x_timer"}.text();
   text.replace(text.find("deadline: 9ms"), 13, "deadline: 4ms");
@@ -332,16 +346,9 @@ TEST(Keys, WhatIsWatchedIsChecked) {
   EXPECT_EQ(file.analyzed().assumption("no_page_faults")->state, Assumption::State::checked);
   EXPECT_EQ(file.analyzed().assumption("realtime_granted")->state, Assumption::State::checked);
   // Of several processes none can watch.
-  const Analyzed several = test::analyzed(R"(
-analysis: {watch: true}
-threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}}
-executors: {a: {type: events, threads: [a]}}
-containers:
-  - {name: p1, components: [{component: takt::Workload, name: x, executor: a, parameters: {publishers: {topic: [x], period_us: [20000], work_us: [100]}}}]}
-  - {name: p2, components: [{component: takt::Workload, name: q}]}
-chains: [{name: c, path: [x/x_timer]}]
-)");
-  EXPECT_EQ(several.assumption("no_page_faults")->state, Assumption::State::unchecked);
+  EXPECT_THAT([] { analyzed(two_processes("analysis: {watch: true}")); },
+              ::testing::ThrowsMessage<Error>(
+                  HasSubstr("system.yaml:1: `watch` is for a file with one process: there are 2")));
 }
 
 TEST(Keys, AThreadMayRunOnTheCpusOfTheMachine) {
@@ -360,9 +367,10 @@ TEST(Keys, AContainerKnowsTheModelThatItsFileNames) {
   MeasuredModel measured{.duration = 10s};
   KeyedFile file{.top = "dds: {discovery: localhost}"};
   measured.path = "/m.yaml";
-  EXPECT_NE(file.analyzed(&measured).text_of("nothing_is_changed"), "");
+  const auto text = [&] { return file.analyzed(&measured).text_of("nothing_is_changed"); };
+  EXPECT_THAT(text(), HasSubstr("gets or unloads"));
   file.top += "\nmodel: /m.yaml";
-  EXPECT_EQ(file.analyzed(&measured).text_of("nothing_is_changed"), "");
+  EXPECT_EQ(text(), "no container unloads a component of a chain");  // what it loads, it looks at
 }
 
 /// Of a program that has made its node itself.
@@ -375,6 +383,7 @@ chains: [{name: c, path: [n/tick]}]
 nodes:
   n:
     executor: own
+    on_exception: ignore
     callback_groups: {slow: {executor: other}}
     callbacks: {tick: {execution: 1ms}}
 )");
@@ -392,6 +401,7 @@ nodes:
   EXPECT_EQ(model.callbacks[0].execution, Provenance::declared);
   EXPECT_EQ(model.system.executors[model.system.callbacks[0].executor].name, "own");
   EXPECT_EQ(model.system.executors[model.system.callbacks[1].executor].name, "other");
+  EXPECT_FALSE(process.nodes.at(0).ends_with_exceptions);
 }
 
 // ---- A measured model ----

@@ -144,6 +144,8 @@ void AssumptionFinder::add_assumptions() {
   add_assumptions_of_model();
   add_assumptions_of_start();
   add_who_else_sends();
+  add_who_sends_besides();
+  add_exceptions();
   add_what_nobody_says();
   add_what_nodes_may_make();
   const auto accept = [](std::vector<Assumption>& all, const Acceptances& reasons) {
@@ -254,7 +256,8 @@ void AssumptionFinder::add_who_else_sends() {
     for (const analysis::Output& output : model_.system.callbacks[i].outputs) {
       if (process_of(output.to) == process_of(i)) continue;
       assume_of(i, "dds_threads_elsewhere",
-                "{} does not wait for locks that threads of DDS hold when it sends");
+                "{} waits for no lock that threads of DDS hold, and no receiver that is slow to "
+                "acknowledge, when it sends");
     }
   }
   const bool is_closed =
@@ -271,17 +274,63 @@ void AssumptionFinder::add_who_else_sends() {
     if (process_of(i)->is_program)
       assume_of(i, "no_other_publishers", "nobody asks the parameter services of the node of {}");
   }
-  // A container refuses what takes a guarantee away that it knows: of its own process, by the model
-  // that its file names.
+  if (!is_closed) add_what_others_may_change();
+}
+
+// Of what somebody may ask of it, a container refuses what takes a guarantee away that it knows: of
+// its own process, by the model that its file names. It unloads, and a node changes its state.
+void AssumptionFinder::add_what_others_may_change() {
   const bool is_known =
       processes_.size() == 1 && (measured_ == nullptr || measured_->path == description_.model);
-  if (is_known || !joins_dds()) return;
   assume({.id = "nothing_is_changed",
           .state = if_watched(),
-          .text = "no container gets another component, and no callback other parameters",
+          .text = is_known ? "no container unloads a component of a chain"
+                           : "no container gets or unloads a component, and no callback gets other "
+                             "parameters",
           .name = {},
           .source = "nobody",
           .executor = {}});
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    if (dynamic_cast<const LifecycleNode*>(callbacks_[i]->node.get()) == nullptr) continue;
+    assume_of(i, "nothing_is_changed", "the node of {} stays active");
+  }
+}
+
+// A thread of a component may send at any time, and `published_by` in its code may be wrong.
+void AssumptionFinder::add_who_sends_besides() {
+  for (std::size_t to = 0; to < callbacks_.size(); ++to) {
+    if (callbacks_[to]->entity->kind() != EntityKind::subscription) continue;
+    const MeasuredCallback* const seen = measured(to);
+    if (seen != nullptr && seen->executions != 0) continue;  // see as_measured
+    for (const ModelledProcess& process : processes_) {
+      for (const ModelledProcess::Member& member : process.nodes) {
+        if (dynamic_cast<const KnowsExecutionTimes*>(member.node.get()) != nullptr) continue;
+        const auto publishing = member.node->publishing_callbacks(callbacks_[to]->entity->topic());
+        if (!publishing) continue;
+        const std::string who = publishing->names.empty()
+                                    ? std::string("callbacks")
+                                    : fmt::format("'{}'", fmt::join(publishing->names, "', '"));
+        assume_of(
+            to, "as_declared",
+            fmt::format("only {} of '{}' send to {{}}, and no thread that it has made: no run "
+                        "has shown it",
+                        who, member.node->fully_qualified_name()));
+      }
+    }
+  }
+}
+
+// Its container goes on, and the instance ends.
+void AssumptionFinder::add_exceptions() {
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    const auto& nodes = process_of(i)->nodes;
+    const auto member = std::find_if(nodes.begin(), nodes.end(), [&](const auto& other) {
+      return other.node == callbacks_[i]->node;
+    });
+    if (member == nodes.end() || member->ends_with_exceptions) continue;
+    assume_of(i, "as_declared",
+              "no execution of {} ends with an exception: its `on_exception` lets the rest go on");
+  }
 }
 
 // Of each callback by name: what neither the file, a run nor its component tells.

@@ -20,14 +20,19 @@ struct Loss {
   Count one_of = 1;  // of so many one comes through; 0: of none it is known
 };
 
-// A release that comes before the one before it has begun is served together with it.
+// A release that comes before the one before it has begun is served together with it; `skip` drops
+// it as long as that one has not ended.
 Loss loss_of_timer(const std::string& name, const SystemModel::Callback& facts,
                    const analysis::Callback& callback, analysis::Time bound) {
   const analysis::Time period = facts.period.count();
-  const analysis::Time waiting = bound - callback.least_execution;
+  const analysis::Time waiting = facts.skips ? bound : bound - callback.least_execution;
   if (waiting <= period) return {};
   const Count releases = (waiting + period - 1) / period;
-  return {fmt::format("'{}' may begin so late that {} releases are served at once", name, releases),
+  return {facts.skips
+              ? fmt::format("'{}' may end so late that of {} releases all but one are skipped",
+                            name, releases)
+              : fmt::format("'{}' may begin so late that {} releases are served at once", name,
+                            releases),
           releases};
 }
 
@@ -76,6 +81,13 @@ Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t in
   if (callback.is_timer && facts.period > Nanoseconds::zero()) {
     return loss_of_timer(name, facts, callback, bound.bound);
   }
+  if (facts.merges && callback.arrivals) {
+    const Count most = callback.arrivals->most(bound.bound - callback.least_execution + 1);
+    if (most > 1) {
+      return {fmt::format("'{}' may begin so late that {} triggers are served at once", name, most),
+              most};
+    }
+  }
   const auto depth = static_cast<Count>(facts.depth);
   if (depth == 0 || bound.backlog <= depth) return {};
   if (bound.backlog >= kUnbounded) {
@@ -85,6 +97,22 @@ Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t in
                       "{}",
                       bound.backlog, name, bound.backlog - depth, depth),
           bound.backlog};
+}
+
+// Of callbacks that the bounds of a chain depend on.
+std::string why_handled(const SystemModel& model, const ModelBounds& bounds,
+                        const std::set<std::size_t>& executors) {
+  for (std::size_t i = 0; i < model.callbacks.size(); ++i) {
+    const auto& limit = model.callbacks[i].handled_after;
+    const analysis::Callback& callback = model.system.callbacks[i];
+    if (!limit || !executors.contains(callback.executor)) continue;
+    if (bounds.all.callbacks[i].bound <= limit->count()) continue;
+    return fmt::format(
+        "'{}' may take longer than {}: then a handler of its code runs "
+        "(`on_deadline_miss`, `on_overrun`), and nobody knows for how long",
+        callback.name, to_string(*limit));
+  }
+  return {};
 }
 
 // A publisher that lends sends nothing when all that it has are with receivers and senders.
@@ -143,15 +171,22 @@ std::string why_it_waits_for_ever(const SystemModel& model, const ModelBounds& b
   return {};
 }
 
+analysis::Bounds bounds_of(const SystemModel& model, analysis::Time limit) {
+  try {
+    return analysis::analyze(model.system, {.methods = {}, .limit = limit, .explains = true});
+  } catch (const analysis::TooManyPaths& error) {
+    throw Error(error.what(), "let another executor serve some of its nodes",
+                model.executors_at.at(error.executor()));
+  }
+}
+
 }  // namespace
 
 ModelBounds analyze(const SystemModel& model) {
   analysis::Time longest = std::chrono::nanoseconds(std::chrono::milliseconds(100)).count();
   for (const auto& chain : model.chains) longest = std::max(longest, chain.deadline.count());
   for (const auto& callback : model.callbacks) longest = std::max(longest, callback.period.count());
-  ModelBounds bounds{
-      analysis::analyze(model.system, {.methods = {}, .limit = 10 * longest, .explains = true}),
-      {}};
+  ModelBounds bounds{bounds_of(model, 10 * longest), {}};
   for (const SystemModel::Chain& chain : model.chains) {
     ModelBounds::Chain& result = bounds.chains.emplace_back();
     result.why_not = chain.why_not;
@@ -161,6 +196,7 @@ ModelBounds analyze(const SystemModel& model) {
     for (const analysis::SegmentBound& segment : found.segments) {
       if (result.why_not.empty()) result.why_not = why_it_waits_for_ever(model, bounds, segment);
     }
+    if (result.why_not.empty()) result.why_not = why_handled(model, bounds, chain.executors);
     if (!result.why_not.empty()) continue;
     result.bound = Nanoseconds(found.bound);
     find_losses(model, bounds, model.system.chains[chain.index].callbacks, result);

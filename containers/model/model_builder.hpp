@@ -58,11 +58,9 @@ class ModelParts {
     std::optional<std::size_t> executor;  // whose bounds rest on it; nullopt: all
   };
   void assume(Fact fact) { facts_.push_back(std::move(fact)); }
-  /// Of what a BoundWatch sees, which refuses programs and systems of several processes.
+  /// Of what a BoundWatch sees.
   Assumption::State if_watched() const noexcept {
-    const bool is_watched =
-        description_.watches_bounds && processes_.size() == 1 && !processes_.front().is_program;
-    return is_watched ? Assumption::State::checked : Assumption::State::unchecked;
+    return description_.watches_bounds ? Assumption::State::checked : Assumption::State::unchecked;
   }
   /// Of a callback, whose name stands for "{}" in the text.
   void assume_of(std::size_t callback, const char* id, std::string text,
@@ -103,7 +101,8 @@ class ModelParts {
   std::vector<const ModelledProcess::Callback*> callbacks_;  // as model_.system.callbacks
   std::vector<ModelledThread> threads_;
   std::vector<Place> places_;
-  std::set<std::size_t> in_circle_;  // callbacks
+  std::set<std::size_t> in_circle_;                // callbacks
+  std::map<std::size_t, analysis::Count> joined_;  // most messages that a run has seen at once
   // Why what one callback sends does not come to another, though they have a topic in common.
   std::map<std::pair<std::size_t, std::size_t>, std::string> nothing_passes_;
   std::vector<bool> may_run_;  // by callback
@@ -125,11 +124,16 @@ class AssumptionFinder : public ModelParts {
   void add_reserved_threads();
   void add_reserved_thread(const ThreadAttributes& own, const std::string& key);
   void add_what_else_runs(std::size_t executor);
+  void add_reservations(std::size_t executor);
+  void add_threads_of_others(std::size_t executor);
   void add_assumptions_of_machine();
   void add_overheads();
   void add_assumptions_of_model();
   void add_assumptions_of_start();
   void add_who_else_sends();
+  void add_what_others_may_change();
+  void add_who_sends_besides();
+  void add_exceptions();
   void add_what_nobody_says();
   void add_what_nobody_says_of_loans(std::size_t sender);
   void add_what_nodes_may_make();

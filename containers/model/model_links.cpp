@@ -217,7 +217,10 @@ void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
         1, static_cast<analysis::Count>(seen->causes.at(callbacks[to].name)));
   }
   output.waits = way.joins;
-  if (output.waits) output.messages = 0;  // one of the inputs gets one, see below
+  if (output.waits) {  // one of the inputs gets them, see below
+    Count& most = joined_[to];
+    most = std::max(most, std::exchange(output.messages, 0));
+  }
   if (!is_inside) {
     const auto delay = description_.delays.find(way.topic);
     const bool is_known = delay != description_.delays.end();
@@ -236,6 +239,12 @@ void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
               .executor = callbacks[to].executor});
     }
     const auto* const end = dynamic_cast<const SubscriptionBase*>(callbacks_[to]->entity.get());
+    if (!description_.dds || description_.dds->shared_memory != SharedMemory::off) {
+      std::size_t& depth = model_.callbacks[to].depth;  // by shared memory a queue comes before it
+      depth = std::min(depth, kMostQueued);
+      auto& most = model_.system.callbacks[to].depth;
+      if (most) most = std::min(*most, static_cast<Count>(kMostQueued));
+    }
     if (end != nullptr && end->qos().reliability == Reliability::best_effort) {
       model_.callbacks[to].best_effort = fmt::format(
           "messages on '{}' go to another process, and `best_effort` may lose them", way.topic);
@@ -298,7 +307,7 @@ void ModelBuilder::choose_who_paces_joins() {
       if (!is_new && candidate.first > known->second.first) known->second = candidate;
     }
   }
-  for (const auto& [to, input] : slowest) input.second->messages = 1;
+  for (const auto& [to, input] : slowest) input.second->messages = joined_.at(to);
 }
 
 }  // namespace takt

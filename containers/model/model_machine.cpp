@@ -38,10 +38,14 @@ void AssumptionFinder::add_assumptions_of_machine() {
             .source = "nobody",
             .executor = {}});
   }
-  if (!description_.lock_memory || description_.realtime == Realtime::off) {
+  // A run that is refused the lock goes on, unless the file requires it.
+  if (!description_.lock_memory || description_.realtime != Realtime::require) {
     assume({.id = "no_page_faults",
             .state = if_watched(),
-            .text = "no callback waits for a page of memory: nothing is locked",
+            .text = description_.lock_memory && description_.realtime == Realtime::prefer
+                        ? "no callback waits for a page of memory: Linux may refuse to lock it, "
+                          "without `realtime: require`"
+                        : "no callback waits for a page of memory: nothing is locked",
             .name = {},
             .source = "nobody",
             .executor = {}});
@@ -87,7 +91,8 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
   const std::string promise =
       is_promised ? declared_at(line_of("a machine", "exclusive")) : "nobody";
   if (!executor.is_realtime && !executor.reservation) {
-    add("nothing_else_runs", State::unchecked, "nothing else runs on the CPUs of {}", promise);
+    add("nothing_else_runs", State::unchecked,
+        "nothing else runs on the CPUs of {}, and no control group limits them", promise);
     add("dds_threads_elsewhere", State::unchecked,
         "Takt's own threads and those of DDS need no time on the CPUs of {}", "nobody");
     return;
@@ -96,18 +101,39 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
   add("realtime_granted",
       description_.realtime == Realtime::require ? State::checked : if_watched(),
       "Linux gives the threads of {} their policies and priorities", "nobody");
-  for (const std::size_t other : analysis::rivals(model_.system, index)) {
-    const analysis::Executor& rival = model_.system.executors[other];
-    if (!rival.reservation) continue;
+  if (!machine_.is_known || machine_.fair_server != Nanoseconds::zero()) {
+    add("rt_runtime_as_here", if_watched(),
+        executor.reservation
+            ? "the fair server, which newer kernels have, runs no other threads before those of {}"
+            : "the fair server, which newer kernels have, runs other threads before those of {} "
+              "only when these have used what `rt_runtime` grants",
+        "this machine");
+  }
+  add_reservations(index);
+  add_threads_of_others(index);
+  add("nothing_else_runs", if_watched(), "no other thread runs before those of {} on their CPUs",
+      promise);
+}
+
+// Linux runs all reservations together: one that ends late delays the others and what is beside
+// them, and has less in its own next period.
+void AssumptionFinder::add_reservations(std::size_t index) {
+  const auto& executors = model_.system.executors;
+  const std::vector<std::size_t> before = analysis::rivals(model_.system, index);
+  for (std::size_t other = 0; other < executors.size(); ++other) {
+    const bool is_before = std::find(before.begin(), before.end(), other) != before.end();
+    if (!executors[other].reservation || !(executors[index].reservation || is_before)) continue;
     assume({.id = "reservations_end",
             .state = State::unchecked,
             .text = "the kernel ends each budget of {} when it is used up, not at the next tick",
-            .name = "'" + rival.name + "'",
+            .name = "'" + executors[other].name + "'",
             .source = "nobody",
             .executor = index});
   }
-  const char* const before = "no other thread runs before those of {} on their CPUs";
-  if (!machine_.is_known) return add("nothing_else_runs", if_watched(), before, promise);
+}
+
+// Those that there were when it was analysed: others may come at any time.
+void AssumptionFinder::add_threads_of_others(std::size_t index) {
   for (const ModelledThread& thread : threads_) {
     if (thread.executor != index) continue;
     const ThreadAttributes& own = thread.attributes;
@@ -119,18 +145,18 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
                                                    other.priority >= own.priority);
       // A less urgent one takes of what Linux grants to all of them.
       if (!may_meet || !(is_before || model_.system.for_realtime)) continue;
+      const std::string of = other.process == 0 ? std::string("of a component")
+                                                : fmt::format("of process {}", other.process);
       assume({.id = "nothing_else_runs",
               .state = if_watched(),
-              .text = fmt::format(
-                  "the real-time thread '{}', which the file does not name, is not there "
-                  "beside those of {{}}, or short",
-                  other.name),
-              .name = name,
+              .text = fmt::format("the real-time thread '{}' {} is not there beside those of {{}}, "
+                                  "or short",
+                                  other.name, of),
+              .name = "'" + model_.system.executors[index].name + "'",
               .source = "this machine",
               .executor = index});
     }
   }
-  add("nothing_else_runs", State::checked, before, "this machine");
 }
 
 // Of callbacks whose component says how long they work, but not how long they send.

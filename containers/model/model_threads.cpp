@@ -2,15 +2,41 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <chrono>
+#include <initializer_list>
 #include <thread>
 
 #include <fmt/format.h>
 
 #include "takt/containers/model/model_builder.hpp"
 #include "takt/containers/planning/plan.hpp"
+#include "takt/entities/file_descriptor.hpp"
+#include "takt/entities/guard_condition.hpp"
 #include "takt/entities/subscription.hpp"
 
 namespace takt {
+namespace {
+
+std::optional<Nanoseconds> some(Nanoseconds time) {
+  return time != Nanoseconds::zero() ? std::optional(time) : std::nullopt;
+}
+
+std::optional<Nanoseconds> least_of(std::initializer_list<std::optional<Nanoseconds>> times) {
+  std::optional<Nanoseconds> least;
+  for (const auto& time : times) {
+    if (time) least = std::min(*time, least.value_or(*time));
+  }
+  return least;
+}
+
+// A timer overruns, too, when it still runs at its next release.
+std::optional<Nanoseconds> handled_after(const CallbackParameters& parameters, Nanoseconds period) {
+  const bool sees_overruns = parameters.on_overrun != nullptr;
+  return least_of({parameters.on_deadline_miss ? parameters.deadline : std::nullopt,
+                   sees_overruns ? parameters.budget : std::nullopt,
+                   sees_overruns ? some(period) : std::nullopt});
+}
+
+}  // namespace
 
 // What the file says comes first. A thread that wakes has been switched to, too.
 void ModelBuilder::set_overheads() {
@@ -43,10 +69,14 @@ void ModelBuilder::add_callbacks() {
       if (facts.depth != 0) described.depth = static_cast<analysis::Count>(facts.depth);
       if (facts.dropped != 0) described.depth = 0;
       const CallbackParameters parameters = callback.parameters();
+      const Nanoseconds period = callback.entity->period();
       if (parameters.overrun == OverrunPolicy::abort) {
-        facts.given_up_after = std::min(parameters.budget.value_or(Nanoseconds::max()),
-                                        parameters.deadline.value_or(Nanoseconds::max()));
+        facts.given_up_after = least_of({parameters.budget, parameters.deadline, some(period)});
       }
+      facts.merges = dynamic_cast<const GuardCondition*>(callback.entity.get()) != nullptr ||
+                     dynamic_cast<const FileDescriptor*>(callback.entity.get()) != nullptr;
+      facts.skips = parameters.overrun == OverrunPolicy::skip;
+      facts.handled_after = handled_after(parameters, period);
     }
   }
 }
@@ -71,6 +101,7 @@ std::size_t ModelBuilder::part_of(const ModelledProcess& process,
   if (!is_new) return found->second;
   const std::string scheduler =
       description->scheduler.empty() ? traits.scheduler : description->scheduler;
+  model_.executors_at.push_back(description->where);
   analysis::Executor& executor = model_.system.executors.emplace_back();
   executor.name =
       processes_.size() > 1 ? process.name + "/" + description->name : description->name;
@@ -162,6 +193,7 @@ void ModelBuilder::place_threads() {
     const Nanoseconds less = granted - scheduler_tick();
     model_.system.for_realtime = {.budget = std::max<analysis::Time>(1, less.count()),
                                   .period = second.count()};
+    model_.system.may_come_twice = fair_server() != Nanoseconds::zero();
   }
 }
 

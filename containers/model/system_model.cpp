@@ -244,6 +244,7 @@ std::optional<ArrivalCurve> ModelBuilder::unexplained_arrivals(std::size_t index
   const MeasuredCallback* const seen = measured(index);
   if (seen == nullptr) return {};
   std::uint64_t explained = 0;
+  std::optional<std::uint64_t> joined;  // by the input of a join that came least often
   bool are_senders_known = measured_->lost_executions == 0, has_senders_outside = false;
   for (std::size_t from = 0; from < callbacks_.size(); ++from) {
     for (const analysis::Output& output : model_.system.callbacks[from].outputs) {
@@ -252,10 +253,16 @@ std::optional<ArrivalCurve> ModelBuilder::unexplained_arrivals(std::size_t index
       are_senders_known = are_senders_known && sender != nullptr;
       has_senders_outside = has_senders_outside || process_of(from) != process_of(index);
       if (sender == nullptr) continue;
-      explained += sender->executions *
-                   static_cast<std::uint64_t>(std::max<analysis::Count>(1, output.messages));
+      const analysis::Count messages = output.waits ? joined_.at(index) : output.messages;
+      const std::uint64_t sent = sender->executions * static_cast<std::uint64_t>(messages);
+      if (output.waits) {
+        joined = std::min(joined.value_or(sent), sent);
+      } else {
+        explained += sent;
+      }
     }
   }
+  explained += joined.value_or(0);
   // A trace sees no causes in other processes: all that these send is without one.
   const std::uint64_t uncaused = has_senders_outside ? 0 : seen->uncaused;
   if (are_senders_known && seen->executions - uncaused + seen->dropped > explained) {
@@ -319,8 +326,10 @@ ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const ArrivalDes
                      what);
   }
   assume({.id = "as_declared",
-          .state = has_senders ? Assumption::State::unchecked : if_watched(),
-          .text = "what comes to {} from outside is no closer than declared",
+          .state = if_watched(),
+          .text = has_senders ? "what comes to {} from outside, counted once a second, is no "
+                                "closer than declared"
+                              : "what comes to {} from outside is no closer than declared",
           .name = "'" + described.name + "'",
           .source = declared_at(callback.described.where),
           .executor = described.executor});

@@ -41,7 +41,8 @@ struct ModelledProcess {
     std::shared_ptr<Node> node;
     std::vector<std::string> executors;  // of its groups
     SourceLine where;
-    bool is_of_takt = false;  // its class is one that comes with Takt
+    bool is_of_takt = false;           // its class is one that comes with Takt
+    bool ends_with_exceptions = true;  // and its container; else an exception ends only an instance
   };
   std::string name;
   std::vector<ExecutorDescription> executors;  // as they are made
@@ -54,9 +55,10 @@ struct ModelledProcess {
 
 /// What the caller knows of the machine that the system runs on.
 struct MachineFacts {
-  /// A real-time thread that the file does not name: of another process, or made by a constructor.
+  /// A real-time thread of another process, or one that a constructor has made.
   struct Thread {
     std::string name;
+    int process = 0;           // 0: this one
     bool is_reserved = false;  // SCHED_DEADLINE
     int priority = 0;
     std::vector<int> cpus;
@@ -64,6 +66,7 @@ struct MachineFacts {
   bool is_known = false;  // it is this one, and the rest is true
   bool is_virtual = false;
   std::vector<Thread> others;
+  Nanoseconds fair_server{0};  // see takt::fair_server()
   /// The overheads of `machine:` were measured here, by so many samples; 0: the file states them.
   std::size_t overhead_samples = 0;
 };
@@ -90,6 +93,10 @@ struct SystemModel {
     std::string best_effort;    // why messages to it may be lost on their way; empty: they are not
     /// Its chain instance ends if it takes longer: `overrun: abort`.
     std::optional<Nanoseconds> given_up_after;
+    bool merges = false;  // what triggers it before it begins is served at once
+    bool skips = false;   // of a timer: a release that comes before the one before it has ended
+    /// If it takes longer, a handler of its code runs, for a time that nobody knows.
+    std::optional<Nanoseconds> handled_after;
     /// A publisher that lends its messages, and sends nothing when all are with somebody.
     struct Lending {
       std::string topic;
@@ -109,9 +116,10 @@ struct SystemModel {
     std::size_t index = 0;                // in system.chains, else
   };
   analysis::System system;
-  std::vector<Callback> callbacks;      // as in the system
-  std::vector<Chain> chains;            // of the file
-  std::vector<Assumption> assumptions;  // of all chains
+  std::vector<SourceLine> executors_at;  // the lines of the system's
+  std::vector<Callback> callbacks;       // as in the system
+  std::vector<Chain> chains;             // of the file
+  std::vector<Assumption> assumptions;   // of all chains
 };
 
 /// Builds the model of the processes of a description. Execution times, in this order: the file's,

@@ -12,6 +12,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 struct Trapped {
   int number = 0;
@@ -41,6 +42,13 @@ class TrapSender : public Node {
           {.loans = static_cast<std::size_t>(loans), .published_by = {"tick"}}));
     }
     timer_ = create_timer("tick", 10ms, [] {});
+    const auto handles = declare_parameter<std::string>("handles", "");
+    const auto handler = [](const OverrunReport&) {};
+    if (handles == "deadline") {
+      set_callback_parameters({.callbacks = {{"tick", {.on_deadline_miss = handler}}}});
+    } else if (handles == "overrun") {
+      set_callback_parameters({.callbacks = {{"tick", {.on_overrun = handler}}}});
+    }
   }
 
  private:
@@ -65,6 +73,16 @@ class TrapReceiver : public Node {
   std::shared_ptr<void> subscription_;
 };
 
+/// Something triggers it.
+class TrapTriggered : public Node {
+ public:
+  explicit TrapTriggered(const NodeOptions& options)
+      : Node("triggered", options), condition_(create_guard_condition("t", [] {})) {}
+
+ private:
+  GuardCondition::SharedPtr condition_;
+};
+
 /// The same with a lifecycle.
 class TrapManaged : public LifecycleNode {
  public:
@@ -76,9 +94,24 @@ class TrapManaged : public LifecycleNode {
   std::shared_ptr<void> subscription_;
 };
 
+/// Says that it sends to `t` once for a message of each of its topics.
+class TrapJoiner : public Node {
+ public:
+  explicit TrapJoiner(const NodeOptions& options) : Node("joiner", options) {
+    publisher_ = create_publisher<Trapped>("t", 10, {.published_by = {"a", "b"}, .joins = true});
+    a_ = create_subscription<Trapped>("a", 10, [](const Trapped&) {});
+    b_ = create_subscription<Trapped>("b", 10, [](const Trapped&) {});
+  }
+
+ private:
+  Publisher<Trapped>::SharedPtr publisher_;
+  std::shared_ptr<void> a_, b_;
+};
+
 /// A sender of 100 us and a receiver of 1 ms on one thread, and what else somebody writes.
 struct TrapFile {
-  std::string top, sender, receiver = "takt::test::TrapReceiver", executor, path = "s/tick, r/t";
+  std::string top, sender, tick, receiver = "takt::test::TrapReceiver", executor,
+                                 path = "s/tick, r/t";
 
   std::string text() const {
     return "realtime: require\n" + top + R"(
@@ -95,7 +128,8 @@ container:
       executor: default
       parameters: {)" +
            sender + R"(}
-      callbacks: {tick: {execution: 100us}}
+      callbacks: {tick: {execution: 100us)" +
+           tick + R"(}}
     - component: )" +
            receiver + R"(
       name: r
@@ -229,9 +263,131 @@ TEST(Traps, PrioritiesThatMayBeRefusedAreAssumed) {
   EXPECT_EQ(analyzed(text).assumption("realtime_granted")->state, Assumption::State::unchecked);
 }
 
+// 1.1 ms were guaranteed, and each execution was followed by a handler of 20 ms.
+TEST(Traps, AHandlerTakesTimeWhereItMayRun) {
+  TrapFile file{.sender = "handles: deadline", .tick = ", deadline: 5ms"};
+  EXPECT_EQ(file.analyzed().verdict(), Verdict::guaranteed);
+  file.tick = ", deadline: 500us";  // the receiver, which takes 1 ms, may have begun
+  EXPECT_THAT(file.analyzed().bound().why_not, HasSubstr("then a handler of its code runs"));
+  file.sender = "handles: overrun";
+  EXPECT_EQ(file.analyzed().verdict(), Verdict::guaranteed);
+  file.tick = ", budget: 500us";
+  EXPECT_THAT(file.analyzed().bound().why_not, HasSubstr("'/s/tick' may take longer than 500us"));
+}
+
+// A lock that is refused was one: a run that only prefers it goes on.
+TEST(Traps, ALockMayBeRefused) {
+  std::string text = "memory: {lock: true}\n" + TrapFile().text();
+  EXPECT_EQ(analyzed(text).assumption("no_page_faults"), nullptr);
+  text.replace(text.find("require"), 7, "prefer");
+  EXPECT_THAT(analyzed(text).text_of("no_page_faults"), HasSubstr("may refuse"));
+}
+
+// `published_by` was believed, and a thread of a component sends when it likes.
+TEST(Traps, WhoSendsIsWhatTheCodeSays) {
+  EXPECT_THAT(TrapFile().analyzed().text_of("as_declared"),
+              HasSubstr("only 'tick' of '/s' send to '/r/t', and no thread that it has made"));
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks.push_back({.name = "/r/t",
+                                .executions = 1000,
+                                .longest_execution = 1ms,
+                                .uncaused = 1000,
+                                .uncaused_distances = {9ms}});
+  EXPECT_THAT(TrapFile().analyzed(&measured).text_of("as_declared"), Not(HasSubstr("only 'tick'")));
+}
+
+/// `a` and `b` each 10 ms, the joiner, and who gets what that sends.
+Analyzed joined(std::uint64_t received, std::size_t at_once) {
+  MeasuredModel measured{.duration = 10s};
+  for (const char* name : {"/a/tick", "/b/tick", "/j/a", "/j/b", "/r/t"}) {
+    MeasuredCallback& seen = measured.callbacks.emplace_back();
+    seen.name = name;
+    seen.executions = 1000;
+    seen.longest_execution = 100us;
+    seen.least_distances = {10ms};
+  }
+  measured.callbacks[0].causes = {{"/j/a", 1}};
+  measured.callbacks[1].causes = {{"/j/b", 1}};
+  measured.callbacks[3].causes = {{"/r/t", at_once}};
+  measured.callbacks[4].executions = received;
+  measured.callbacks[4].least_distances = {0ms, 10ms};
+  return analyzed(R"(
+realtime: require
+threads: {one: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
+executors: {default: {type: events, threads: [one]}}
+chains: [{name: c, deadline: 50ms, path: [b/tick, j/b, r/t]}]
+container:
+  name: joined
+  components:
+    - {component: 'takt::test::TrapSender', name: a, executor: default, remap: {t: a}}
+    - {component: 'takt::test::TrapSender', name: b, executor: default, remap: {t: b}}
+    - {component: 'takt::test::TrapJoiner', name: j, executor: default}
+    - {component: 'takt::test::TrapReceiver', name: r, executor: default}
+)",
+                  &measured, /*accepts_all=*/true);
+}
+
+// One message for both inputs was believed, whatever a run had shown.
+TEST(Traps, AJoinSendsWhatARunHasShown) {
+  const Analyzed one = joined(1000, 1);
+  EXPECT_EQ(one.verdict(), Verdict::guaranteed);
+  EXPECT_GT(*joined(1000, 3).bound().bound, *one.bound().bound);  // three at once
+  EXPECT_GT(*joined(2000, 1).bound().bound, *one.bound().bound);  // one for each input
+}
+
+// What triggers a guard condition twice before it runs is served once.
+TEST(Traps, TriggersMayBeServedAtOnce) {
+  const auto why_lossy = [](const char* distances) {
+    TrapFile file{.receiver = "takt::test::TrapTriggered", .path = "r/t"};
+    std::string text = file.text();
+    text.replace(text.find("t: {execution: 1ms}"), 19,
+                 fmt::format("t: {{execution: 1ms, arrival: {{distances: [{}]}}}}", distances));
+    return analyzed(text).bound().why_lossy;
+  };
+  EXPECT_EQ(why_lossy("20ms"), "");
+  EXPECT_THAT(why_lossy("0ms, 20ms"), HasSubstr("2 triggers are served at once"));
+}
+
+// Two joins of a node counted as one, which sends when the inputs of both have come.
+TEST(Traps, TwoJoinsSendMoreThanOne) {
+  Node node("two");
+  const auto joins = [&](std::vector<std::string> inputs) {
+    return node.create_publisher<Trapped>("j", 10,
+                                          {.published_by = std::move(inputs), .joins = true});
+  };
+  const auto first = joins({"a", "b"}), again = joins({"a", "b"});
+  EXPECT_TRUE(node.publishing_callbacks("/j")->joins);
+  const auto second = joins({"c", "d"});
+  EXPECT_FALSE(node.publishing_callbacks("/j")->joins);
+}
+
+// A depth of 1000 was one of 256, if messages came by shared memory.
+TEST(Traps, SharedMemoryHasAQueueOfItsOwn) {
+  const auto depth = [](const char* shared) {
+    return analyzed(two_processes(fmt::format("dds: {{shared_memory: {}}}\n"
+                                              "topics: {{/x: {{depth: 1000, delay: {{max: "
+                                              "1ms}}}}}}\n",
+                                              shared)))
+        .model.callbacks[1]
+        .depth;
+  };
+  EXPECT_EQ(depth("'off'"), 1000u);
+  EXPECT_EQ(depth("auto"), kMostQueued);
+}
+
+// What is unloaded, or deactivated, ends the chains that go through it.
+TEST(Traps, AnActiveNodeMayBeDeactivated) {
+  TrapFile file{.top = "dds: {discovery: localhost}\nlifecycle: {bring_up: [r]}\n",
+                .receiver = "takt::test::TrapManaged"};
+  EXPECT_THAT(file.analyzed().text_of("nothing_is_changed"),
+              HasSubstr("the node of '/r/t' stays active"));
+}
+
 }  // namespace
 }  // namespace takt::test
 
+TAKT_REGISTER_COMPONENT(takt::test::TrapTriggered, "is triggered")
+TAKT_REGISTER_COMPONENT(takt::test::TrapJoiner, "joins two topics")
 TAKT_REGISTER_COMPONENT(takt::test::TrapEmpty, "has no callbacks")
 TAKT_REGISTER_COMPONENT(takt::test::TrapSender, "sends")
 TAKT_REGISTER_COMPONENT(takt::test::TrapReceiver, "receives")

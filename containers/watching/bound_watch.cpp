@@ -2,8 +2,10 @@
 #include "takt/containers/watching/bound_watch.hpp"
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -22,6 +24,9 @@ using analysis::kUnbounded;
 constexpr analysis::Count kMostArrivals = 8;
 // Limit: deviations that are told apart. At it: others are counted together. Seen: "others".
 constexpr std::size_t kMostDeviations = 100;
+
+// In a second, beside which interrupts are of no importance.
+constexpr std::uint64_t kFewTicks = 1;
 
 std::string ms(Nanoseconds time) {
   return fmt::format("{:.3f} ms", static_cast<double>(time.count()) / 1e6);
@@ -87,19 +92,8 @@ std::uint64_t page_faults_of(int thread) {
   return minor + major;
 }
 
-std::map<int, std::uint64_t> stolen_ticks() {
-  std::map<int, std::uint64_t> result;
-  std::ifstream file("/proc/stat");
-  for (std::string line; std::getline(file, line);) {
-    if (!line.starts_with("cpu") || line.starts_with("cpu ")) continue;
-    std::istringstream words(line.substr(3));
-    int cpu = 0;
-    std::uint64_t value = 0;
-    words >> cpu;
-    for (int i = 0; i < 8; ++i) words >> value;  // user … steal
-    result[cpu] = value;
-  }
-  return result;
+std::string attributes_text(const ThreadState& thread) {
+  return fmt::format("{} of priority {}", to_string(thread.policy), thread.priority);
 }
 
 }  // namespace
@@ -118,7 +112,7 @@ BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
     watched.arrivals = process.callbacks[i].described.arrival || facts.measured_executions == 0
                            ? "as_declared"
                            : "as_measured";
-    watched.may_come_from_outside = callback.arrivals.has_value();
+    watched.outside = callback.arrivals;
     const ExecutionWatch::Limits limits = limits_of(model, bounds, i);
     watched.bound = limits.bound;
     watched.entity = process.callbacks[i].entity;
@@ -203,17 +197,35 @@ void BoundWatch::look_at_callback(Watched& callback, const CallbackStatistics& c
                        callback.name, ms(closest), ms(least)),
            close_ones, callback.chains);
   }
-  if (counted.from_outside != 0 && !callback.may_come_from_outside) {
-    report("no_other_publishers", callback.name,
-           fmt::format("a process that is not of the file sent to '{}'", callback.name),
-           counted.from_outside, callback.chains);
-  }
+  look_at_what_comes_from_outside(callback, counted.from_outside);
   const std::uint64_t lost = counted.dropped + (is_over ? 0 : counted.skipped);
   if (lost != 0 && !callback.must_keep.empty()) {
     report("bound", callback.name + " lost",
            fmt::format("'{}' lost messages or releases, and none was to be lost", callback.name),
            lost, callback.must_keep);
   }
+}
+
+// How many came between two looks: bursts inside of that are seen by the bounds only.
+void BoundWatch::look_at_what_comes_from_outside(Watched& callback, std::uint64_t count) {
+  const TimePoint now = Clock::steady().now();
+  const TimePoint since = std::exchange(callback.compared, now);
+  const std::uint64_t before = std::exchange(callback.from_outside, count);
+  if (count <= before) return;
+  if (!callback.outside) {
+    report("no_other_publishers", callback.name,
+           fmt::format("a process that is not of the file sent to '{}'", callback.name), count,
+           callback.chains);
+    return;
+  }
+  if (since == TimePoint{}) return;
+  const auto most = static_cast<std::uint64_t>(callback.outside->most((now - since).count()));
+  if (count - before <= most) return;
+  report(callback.arrivals, callback.name + " from outside",
+         fmt::format("{} messages came to '{}' from outside within {}, and no more than {} were "
+                     "assumed",
+                     count - before, callback.name, ms(now - since), most),
+         counted_so_far("outside", callback.name, 1), callback.chains);
 }
 
 void BoundWatch::look_at_chain(const Chain& chain) {
@@ -229,28 +241,13 @@ void BoundWatch::look_at_chain(const Chain& chain) {
 void BoundWatch::look_at_machine(const std::vector<int>& threads) {
   for (const Preemptions::Found& found : preemptions_.look(threads)) {
     const std::string by = found.by.empty() ? "something" : found.by;
-    // A thread of this process that runs no callbacks is Takt's own, or one of DDS.
-    report(found.is_ours ? "dds_threads_elsewhere" : "nothing_else_runs", by + found.thread,
+    report(found.id, by + found.thread,
            fmt::format("{} ran before '{}', on its CPU", by, found.thread),
            counted_so_far("preempted", by + found.thread, found.count), all_);
   }
   const Figures now = figures(threads);
-  for (const auto& [thread, faults] : now.page_faults) {
-    const auto before = before_.page_faults.find(thread);
-    if (before == before_.page_faults.end() || faults == before->second) continue;
-    const std::string name = thread_state(thread).name;
-    report("no_page_faults", name, fmt::format("thread '{}' waited for pages of memory", name),
-           counted_so_far("faults", name, faults - before->second), all_);
-  }
-  for (const auto& [cpu, ticks] : now.stolen) {
-    const auto before = before_.stolen.find(cpu);
-    const auto& mine = available_cpus();
-    const bool is_ours = std::find(mine.begin(), mine.end(), cpu) != mine.end();
-    if (!is_ours || before == before_.stolen.end() || ticks == before->second) continue;
-    report("host_not_shared", std::to_string(cpu),
-           fmt::format("the host took CPU {} away; counted in ticks of 10 ms", cpu),
-           counted_so_far("stolen", std::to_string(cpu), ticks - before->second), all_);
-  }
+  look_at_threads(now);
+  look_at_cpus(now);
   if (now.rt_runtime_us != before_.rt_runtime_us) {
     report("rt_runtime_as_here", "",
            fmt::format("`sched_rt_runtime_us` was {}, and is {}", before_.rt_runtime_us,
@@ -258,6 +255,44 @@ void BoundWatch::look_at_machine(const std::vector<int>& threads) {
            counted_so_far("throttling", "", 1), all_);
   }
   before_ = now;
+}
+
+void BoundWatch::look_at_threads(const Figures& now) {
+  for (const auto& [thread, faults] : now.page_faults) {
+    const auto before = before_.page_faults.find(thread);
+    if (before == before_.page_faults.end() || now.attributes.at(thread).name.empty()) continue;
+    const ThreadState &is = now.attributes.at(thread), &was = before_.attributes.at(thread);
+    if (is.policy != was.policy || is.priority != was.priority || is.affinity != was.affinity) {
+      report("realtime_granted", is.name,
+             fmt::format("thread '{}' was {} on CPU {}, and is {} on CPU {}", is.name,
+                         attributes_text(was), fmt::join(was.affinity, ", "), attributes_text(is),
+                         fmt::join(is.affinity, ", ")),
+             counted_so_far("attributes", is.name, 1), all_);
+    }
+    if (faults == before->second) continue;
+    report("no_page_faults", is.name,
+           fmt::format("thread '{}' waited for pages of memory", is.name),
+           counted_so_far("faults", is.name, faults - before->second), all_);
+  }
+}
+
+void BoundWatch::look_at_cpus(const Figures& now) {
+  for (const int cpu : available_cpus()) {
+    const auto before = before_.ticks.find(cpu);
+    const auto after = now.ticks.find(cpu);
+    if (before == before_.ticks.end() || after == now.ticks.end()) continue;
+    const std::uint64_t stolen = after->second.stolen - before->second.stolen;
+    const std::uint64_t interrupts = after->second.interrupts - before->second.interrupts;
+    if (stolen != 0) {
+      report("host_not_shared", std::to_string(cpu),
+             fmt::format("the host took CPU {} away; counted in ticks of 10 ms", cpu),
+             counted_so_far("stolen", std::to_string(cpu), stolen), all_);
+    }
+    if (interrupts <= kFewTicks) continue;
+    report("nothing_else_runs", fmt::format("interrupts of {}", cpu),
+           fmt::format("interrupts took CPU {} away; counted in ticks of 10 ms", cpu),
+           counted_so_far("interrupts", std::to_string(cpu), interrupts), all_);
+  }
 }
 
 void BoundWatch::changed(const std::string& what) {
@@ -268,9 +303,27 @@ void BoundWatch::refused(const std::string& thread, const std::string& why) {
   report("realtime_granted", thread, why, 1, all_);
 }
 
+std::map<int, BoundWatch::Ticks> BoundWatch::ticks_of_cpus() {
+  std::map<int, Ticks> result;
+  std::ifstream file("/proc/stat");
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with("cpu") || line.starts_with("cpu ")) continue;
+    std::istringstream words(line.substr(3));
+    int cpu = 0;
+    std::array<std::uint64_t, 8> spent{};  // user nice system idle iowait irq softirq steal
+    words >> cpu;
+    for (std::uint64_t& each : spent) words >> each;
+    result[cpu] = {.interrupts = spent[5] + spent[6], .stolen = spent[7]};
+  }
+  return result;
+}
+
 BoundWatch::Figures BoundWatch::figures(const std::vector<int>& threads) {
-  Figures result{.page_faults = {}, .stolen = stolen_ticks()};
-  for (const int thread : threads) result.page_faults[thread] = page_faults_of(thread);
+  Figures result{.page_faults = {}, .attributes = {}, .ticks = ticks_of_cpus()};
+  for (const int thread : threads) {
+    result.page_faults[thread] = page_faults_of(thread);
+    result.attributes[thread] = thread_state(thread);
+  }
   std::ifstream("/proc/sys/kernel/sched_rt_runtime_us") >> result.rt_runtime_us;
   return result;
 }

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "takt/containers/watching/preemptions.hpp"
 #include "takt/entities/execution_watch.hpp"
 #include "takt/nodes/chain.hpp"
+#include "takt/sched/threads/thread_attributes.hpp"
 
 namespace TAKT_INTERNAL takt {
 
@@ -51,25 +53,35 @@ class BoundWatch {
     std::vector<std::string> chains;     // whose bounds rest on it
     std::string times, arrivals;         // the ids of what was assumed of these
     std::vector<std::string> must_keep;  // those of the chains that it is on, which lose nothing
-    bool may_come_from_outside = false;
+    std::optional<analysis::ArrivalCurve> outside;  // what may come from there; none: nothing
+    std::uint64_t from_outside = 0;                 // at the last look that compared them, then:
+    TimePoint compared{};
     std::shared_ptr<ExecutionWatch> watch;
     Nanoseconds bound{0};  // 0: none
     std::weak_ptr<const Entity> entity;
   };
+  struct Ticks {
+    std::uint64_t interrupts = 0, stolen = 0;
+  };
   struct Figures {
     std::map<int, std::uint64_t> page_faults;  // by thread
-    std::map<int, std::uint64_t> stolen;       // by CPU, in ticks
+    std::map<int, ThreadState> attributes;     // the same
+    std::map<int, Ticks> ticks;                // by CPU
     std::int64_t rt_runtime_us = 0;
   };
 
   void look_at_callback(Watched& callback, const CallbackStatistics& counted, bool is_over);
   void look_at_what_waits(const Watched& callback);
+  void look_at_what_comes_from_outside(Watched& callback, std::uint64_t count);
   void look_at_chain(const Chain& chain);
   void look_at_machine(const std::vector<int>& threads);
+  void look_at_threads(const Figures& now);
+  void look_at_cpus(const Figures& now);
   /// Sets how often it was seen.
   void report(const std::string& id, const std::string& of, const std::string& text,
               std::uint64_t count, const std::vector<std::string>& chains);
   static Figures figures(const std::vector<int>& threads);
+  static std::map<int, Ticks> ticks_of_cpus();
   std::uint64_t counted_so_far(const char* kind, const std::string& what, std::uint64_t more);
 
   std::vector<Watched> callbacks_;

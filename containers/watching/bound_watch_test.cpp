@@ -36,6 +36,8 @@ TAKT_MESSAGE(Seen, "test/msg/Seen", number);
 
 /// The next execution of the timer takes 300 ms; set when it has begun.
 std::atomic<bool> must_hang{false}, hangs{false};
+/// The next execution gives its thread another policy; unset when it has.
+std::atomic<bool> must_demote{false};
 
 /// A timer that takes as long as its parameter says, and sends to `t`.
 class WatchedSender : public Node {
@@ -48,6 +50,10 @@ class WatchedSender : public Node {
       if (must_hang.exchange(false)) {
         hangs.store(true);
         while (Clock::steady().now() < begin + 300ms) std::this_thread::yield();
+      }
+      if (must_demote.load()) {
+        apply({.name = "one", .policy = ThreadPolicy::batch}, Realtime::prefer);
+        must_demote.store(false);
       }
       const Nanoseconds before = thread_cpu_time();
       while (thread_cpu_time() - before < work) {
@@ -161,6 +167,38 @@ TEST(BoundWatch, SaysWhyNothingCanBeWatched) {
   const ConfigurationFile file("unbounded.yaml", text);
   EXPECT_THAT([&] { Container container(file.read()); },
               ::testing::ThrowsMessage<Error>(HasSubstr("no chain has a bound")));
+}
+
+// A component changed its own thread, and the watch said that nothing had deviated.
+TEST(BoundWatch, SeesWhoChangesAThread) {
+  const auto found = deviations_of(with_work(0), [](Container&) {
+    must_demote.store(true);
+    EXPECT_TRUE(eventually([] { return !must_demote.load(); }));
+  });
+  EXPECT_THAT(found,
+              Contains(is("realtime_granted", "thread 'one' was SCHED_OTHER of priority 0")));
+}
+
+// What comes from outside beside senders of the file was in no comparison.
+TEST(BoundWatch, CountsWhatComesFromOutsideBesideSenders) {
+  std::string text = with_work(0);
+  text.replace(text.find("t: {execution: 1ms}"), 19, "t: {execution: 1ms, arrival: {period: 10s}}");
+  const ConfigurationFile file("outside.yaml", text);
+  const SystemDescription description = file.read();
+  const Container container(description);
+  const ModelledProcess process = container.modelled();
+  const SystemModel model = make_system_model(description, container.plan().chains, {&process, 1});
+  BoundWatch watch(model, analyze(model), process);
+  watch.begin({});
+  CallbackStatistics seen;
+  seen.node = "/r";
+  seen.callback = "t";
+  for (const std::uint64_t count : {0u, 1u, 3u}) {  // one may come in a moment, two may not
+    seen.from_outside = count;
+    EXPECT_THAT(watch.found(), Not(Contains(is("as_declared", "from outside"))));
+    watch.look({}, {seen}, {}, false);
+  }
+  EXPECT_THAT(watch.found(), Contains(is("as_declared", "2 messages came to '/r/t' from outside")));
 }
 
 // By a thread of this process, as those of DDS are.

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 #include <linux/perf_event.h>
+#include <sched.h>
 #include <sys/mman.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -37,6 +38,22 @@ std::string name_of_process_thread(std::uint32_t process, std::uint32_t thread) 
 bool shares_cpu(const std::vector<int>& a, const std::vector<int>& b) {
   return std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end();
 }
+
+/// Of a thread of any process.
+struct Urgency {
+  int policy = -1, priority = 0;
+
+  static Urgency of(int thread) {
+    sched_param parameters{};
+    const int policy = sched_getscheduler(thread);
+    if (policy < 0 || sched_getparam(thread, &parameters) != 0) return {};
+    return {policy & ~SCHED_RESET_ON_FORK, parameters.sched_priority};
+  }
+  bool has_ended() const { return policy < 0; }
+  bool is_realtime() const {
+    return policy == SCHED_FIFO || policy == SCHED_RR || policy == SCHED_DEADLINE;
+  }
+};
 
 std::vector<ThreadState> realtime_ones(const std::vector<int>& threads) {
   std::vector<ThreadState> result;
@@ -158,24 +175,31 @@ std::vector<Preemptions::Found> Preemptions::by_records(const std::vector<int>& 
   const auto is_ours = [&](std::uint32_t process, std::uint32_t thread) {
     return thread == 0 || (process == own && find(thread) != ours.end());  // 0: nobody
   };
-  std::map<std::uint32_t, ThreadState> others;
+  std::map<std::uint32_t, Urgency> others;
+  const auto urgency_of = [&](std::uint32_t thread) {
+    const auto [known, is_new] = others.try_emplace(thread);
+    if (is_new) known->second = Urgency::of(static_cast<int>(thread));
+    return known->second;
+  };
   std::map<std::pair<std::string, std::string>, Found> found;
   const auto add = [&](std::uint32_t process, std::uint32_t thread, const ThreadState& waited) {
     const std::string by =
         found.size() < kMostPreemptors ? name_of_process_thread(process, thread) : "others";
     Found& one = found[{by, waited.name}];
+    if (!urgency_of(thread).is_realtime() && !urgency_of(thread).has_ended()) {
+      one.id = "rt_runtime_as_here";
+    } else if (process == own) {
+      one.id = "dds_threads_elsewhere";
+    }
     one.by = by;
     one.thread = waited.name;
-    one.is_ours = process == own;
     ++one.count;
   };
   // One that is as urgent, and sleeps when one of ours comes, has let it wait.
   const auto was_before = [&](std::uint32_t thread, const ThreadState& waited) {
-    const auto [known, is_new] = others.try_emplace(thread);
-    if (is_new) known->second = thread_state(static_cast<int>(thread));
-    const ThreadState& other = known->second;
-    return other.policy == ThreadPolicy::deadline ||
-           (is_realtime(other.policy) && waited.policy != ThreadPolicy::deadline &&
+    const Urgency other = urgency_of(thread);
+    return other.has_ended() || other.policy == SCHED_DEADLINE ||
+           (other.is_realtime() && waited.policy != ThreadPolicy::deadline &&
             other.priority >= waited.priority);
   };
   for (const auto& records : records_) {

@@ -15,16 +15,19 @@
 namespace TAKT_INTERNAL takt {
 
 /// By perf_event_open(2) of each CPU, where Linux permits that: each thread that preempts one of
-/// the system, or that is as urgent and has let it wait. Otherwise by the involuntary switches of
-/// the threads that no other one of the system may preempt. Thread safety: none. Real-time: no;
-/// where it is permitted, each switch of a thread on these CPUs costs the kernel a record of 32
-/// bytes.
+/// the system, or that is as urgent and has let it wait, also one that has ended since. Otherwise
+/// by the involuntary switches of the threads that no other one of the system may preempt. Thread
+/// safety: none. Real-time: no; where it is permitted, each switch of a thread on these CPUs costs
+/// the kernel a record of 32 bytes.
 class Preemptions {
  public:
   struct Found {
-    std::string by;        // "'stress' (process 123)"; empty: not known
-    bool is_ours = false;  // a thread of this process
-    std::string thread;    // that it has preempted
+    /// What breaks by it, of assumption_kinds(): `nothing_else_runs`, which is all that is known of
+    /// a thread that has ended; `dds_threads_elsewhere` of this process; `rt_runtime_as_here` of
+    /// one without a real-time policy, which only Linux puts before those that have one.
+    const char* id = "nothing_else_runs";
+    std::string by;      // "'stress' (process 123)"; empty: not known
+    std::string thread;  // that it has preempted
     std::uint64_t count = 0;
   };
 

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -18,6 +19,7 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
+#include <sys/utsname.h>
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
@@ -114,6 +116,27 @@ int set_affinity(const std::vector<int>& affinity) {
   CPU_ZERO(&set);
   for (const int cpu : affinity) CPU_SET(static_cast<unsigned>(cpu), &set);
   return sched_setaffinity(0, sizeof set, &set) == 0 ? 0 : errno;
+}
+
+// Of the control group of this process, which has a share of its own under cgroup v1 only.
+double realtime_share_of_group() {
+  std::ifstream groups("/proc/self/cgroup");
+  for (std::string line; std::getline(groups, line);) {  // "4:cpu,cpuacct:/robot"
+    const std::size_t names = line.find(':'), path = line.find(':', names + 1);
+    if (path == line.npos) continue;
+    const std::string controllers = line.substr(names, path - names) + ",";
+    if (controllers.find(":cpu,") == line.npos && controllers.find(",cpu,") == line.npos) continue;
+    const std::string own = line.substr(path + 1);
+    double share = 1;
+    for (const std::string& group : {own, std::string("/")}) {  // in a container: its root
+      double runtime_us = -1, period_us = 1;
+      std::ifstream(fmt::format("/sys/fs/cgroup/cpu{}/cpu.rt_runtime_us", group)) >> runtime_us;
+      std::ifstream(fmt::format("/sys/fs/cgroup/cpu{}/cpu.rt_period_us", group)) >> period_us;
+      if (runtime_us >= 0 && period_us > 0) share = std::min(share, runtime_us / period_us);
+    }
+    return share;
+  }
+  return 1;
 }
 
 // The share of a CPU that the kernel leaves to real-time threads.
@@ -277,7 +300,26 @@ void check_admission(std::span<const ThreadAttributes> threads, double most_cpus
 }
 
 Nanoseconds throttled_realtime() {
-  return std::chrono::microseconds(std::llround(1e6 * (1 - realtime_share())));
+  const double share = std::min(realtime_share(), realtime_share_of_group());
+  const Nanoseconds by_sysctl = std::chrono::microseconds(std::llround(1e6 * (1 - share)));
+  return std::max(by_sysctl, fair_server());
+}
+
+// Each CPU has one, with 50 ms of each second unless somebody has changed that.
+Nanoseconds fair_server() {
+  utsname kernel{};
+  uname(&kernel);
+  int major = 0, minor = 0;
+  if (std::sscanf(kernel.release, "%d.%d", &major, &minor) != 2) return {};
+  if (std::pair(major, minor) < std::pair(6, 12)) return {};
+  double share = 0;
+  for (const int cpu : available_cpus()) {
+    double runtime = 50, period = 1000;
+    std::ifstream(fmt::format("/sys/kernel/debug/sched/fair_server/cpu{}/runtime", cpu)) >> runtime;
+    std::ifstream(fmt::format("/sys/kernel/debug/sched/fair_server/cpu{}/period", cpu)) >> period;
+    share = std::max(share, period > 0 ? runtime / period : 1);
+  }
+  return std::chrono::microseconds(std::llround(1e6 * share));
 }
 
 // The coarse clock goes on at each tick.

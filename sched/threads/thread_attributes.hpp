@@ -75,8 +75,12 @@ void check_admission(std::span<const ThreadAttributes> threads);
 void check_admission(std::span<const ThreadAttributes> threads, double most_cpus);
 
 /// How long Linux may keep the SCHED_FIFO and SCHED_RR threads of a CPU from it in each second, for
-/// other threads (`sched_rt_runtime_us`).
+/// other threads: by `sched_rt_runtime_us`, or by its fair server.
 Nanoseconds throttled_realtime();
+/// What the fair server of newer kernels (6.12) may take of each second of a CPU, for threads that
+/// have no real-time policy and waited, before those that have one, SCHED_DEADLINE too. 0: there is
+/// none.
+Nanoseconds fair_server();
 /// From one look of the kernel at what threads have used to the next: that late it notices.
 Nanoseconds scheduler_tick();
 

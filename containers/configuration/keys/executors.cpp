@@ -262,7 +262,7 @@ void ConfigurationReader::check_spinning_threads() {
     if (lost == Nanoseconds::zero() || !is_realtime(thread.policy)) continue;
     system_.notes.push_back(fmt::format(
         "thread '{}' never sleeps (`spin: always`) and has {}: Linux may stop it for {} "
-        "of each second, as kernel.sched_rt_runtime_us is not -1",
+        "of each second, by kernel.sched_rt_runtime_us or its fair server",
         thread.name, to_string(thread.policy), to_string(lost)));
   }
 }

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include "takt/base/available_cpus.hpp"
 #include "takt/measuring/machine.hpp"
@@ -122,12 +122,6 @@ std::string why_it_is_from_elsewhere(const MeasuredModel& model, const AnalyzedF
   return fmt::format("{}", fmt::join(differences, "; "));
 }
 
-/// The file of a process's program; empty: it cannot be read.
-std::string program_of(const std::string& process) {
-  std::error_code failed;
-  return std::filesystem::read_symlink("/proc/" + process + "/exe", failed).string();
-}
-
 /// Linux shows 15 characters of a name.
 bool is_named(const SystemDescription& system, const rt::Neighbour& thread) {
   return std::any_of(system.threads.begin(), system.threads.end(),
@@ -138,6 +132,7 @@ bool is_named(const SystemDescription& system, const rt::Neighbour& thread) {
 
 auto fact_of(const rt::Neighbour& thread) {
   return MachineFacts::Thread{.name = thread.name,
+                              .process = thread.process == getpid() ? 0 : thread.process,
                               .is_reserved = thread.policy == "SCHED_DEADLINE",
                               .priority = thread.priority,
                               .cpus = thread.affinity};
@@ -145,15 +140,13 @@ auto fact_of(const rt::Neighbour& thread) {
 
 /// This machine, if the system is for its CPUs.
 MachineFacts facts_of_machine(const SystemDescription& system) {
-  MachineFacts facts{.is_known = true, .is_virtual = rt::is_virtual()};
+  MachineFacts facts{
+      .is_known = true, .is_virtual = rt::is_virtual(), .fair_server = fair_server()};
   for (const int cpu : system.machine.cpus) {
     const auto& here = usable_cpus();
     if (std::find(here.begin(), here.end(), cpu) == here.end()) return {};
   }
-  const std::string here = program_of("self");
   for (const rt::Neighbour& other : rt::realtime_neighbours()) {
-    // It may be this system that runs.
-    if (is_named(system, other) && program_of(std::to_string(other.process)) == here) continue;
     facts.others.push_back(fact_of(other));
   }
   return facts;
