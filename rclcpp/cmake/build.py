@@ -4,6 +4,7 @@
 SPDX-License-Identifier: Apache-2.0
 """
 import argparse
+import contextlib
 import graphlib
 import operator
 import os
@@ -193,8 +194,26 @@ def check_needs(packages, options):
               + ", ".join(f"{need} (for {', '.join(names)})" for need, names in others.items()), file=sys.stderr, flush=True)
 
 
+SIGNALS = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
+running = None  # in a group of its own: CMake leaves its compilers alone, and a signal is to end all
+
+
+def end(number, _):
+    if running is not None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(running.pid, number)
+    signal.signal(number, signal.SIG_DFL)
+    os.kill(os.getpid(), number)  # a shell sees what has ended it
+
+
 def run(package, what, command):
-    if subprocess.run(command, check=False).returncode != 0:
+    global running
+    signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # until it is known
+    running = subprocess.Popen(command, start_new_session=True,
+                               preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS))
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
+    status, running = running.wait(), None
+    if status != 0:
         raise Failed(f"{package.name}: {what} has failed; to repeat it: {' '.join(map(str, command))}")
 
 
@@ -212,7 +231,9 @@ def build(package, options):
 
 
 def main():
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # a shell sees what has ended it
+    for number in SIGNALS:
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, end)
     if sys.argv[1:2] == ["--applying"]:  # for ament_package_xml()
         try:
             print(xml.tostring(applying(pathlib.Path(sys.argv[2])), encoding="unicode"))

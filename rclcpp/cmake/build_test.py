@@ -4,14 +4,17 @@
 usage: build_test.py TAKT PACKAGES
 SPDX-License-Identifier: Apache-2.0
 """
+import contextlib
+import glob
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../cmake"))
-from checks import check, environment, finish, proves  # noqa: E402
+from checks import check, environment, eventually, finish, proves  # noqa: E402
 
 takt, packages = sys.argv[1], pathlib.Path(sys.argv[2])
 for variable in ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH", "LD_LIBRARY_PATH", "ROS_DISTRO", "ROS_VERSION"):
@@ -210,8 +213,29 @@ def test_what_is_missing(work):
     check("and nothing else", len(errors.splitlines()) == 4, errors)
 
 
+# SIGTERM ended the command, and its compilers went on.
+def test_signal(work):
+    (work / "slow").mkdir()
+    (work / "slow/package.xml").write_text("<package><name>slow</name></package>")
+    waits = ["sleep", str(10**6 + os.getpid())]
+    (work / "slow/CMakeLists.txt").write_text(f"execute_process(COMMAND {' '.join(waits)})\n")
+
+    def words_of(process):
+        with contextlib.suppress(OSError):  # it has ended
+            return pathlib.Path(process, "cmdline").read_text(encoding="utf-8", errors="replace").split("\0")[:2]
+
+    def waiting():
+        return waits in map(words_of, glob.glob("/proc/[0-9]*"))
+    begun = subprocess.Popen([takt, "ros2", "build", work / "slow", "--build-base", work / "slow_build"], env=environment,
+                             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    check("a package is being built", eventually(waiting))
+    begun.terminate()
+    check("a signal ends the command", begun.wait(60) == -signal.SIGTERM, begun.returncode)
+    check("and all that it has started", eventually(lambda: not waiting()))
+
+
 with tempfile.TemporaryDirectory() as folder:
     for test in (test_packages, test_refusals, test_vendors, test_packages_of_the_layer, test_python,
-                 test_shared_libraries, test_real_ros2, test_folders, test_conditions, test_what_is_missing):
+                 test_shared_libraries, test_real_ros2, test_folders, test_conditions, test_what_is_missing, test_signal):
         test(pathlib.Path(folder).resolve())
 finish()

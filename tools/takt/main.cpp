@@ -1,7 +1,9 @@
 // takt: runs systems described by a file, and compares executors on them.
 // SPDX-License-Identifier: Apache-2.0
+#include <csignal>
 #include <cstdio>
 #include <new>
+#include <string_view>
 
 #include <sys/resource.h>
 
@@ -20,6 +22,17 @@ bool has_stack() noexcept {
   return getrlimit(RLIMIT_STACK, &stack) != 0 || stack.rlim_cur >= kLeast;
 }
 
+/// The process that started this command may have blocked them, for a thread of its own that takes
+/// them: then they would not end it. A process of a run leaves them to the one that controls it.
+void unblock_signals(int argc, char** argv) noexcept {
+  const bool is_controlled = argc > 2 && std::string_view(argv[argc - 2]) == "--connection";
+  if (is_controlled) return;
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
+  pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+}
+
 /// Nothing is thrown out of main, neither while options are set up nor while an error is reported.
 int run_in_net(int argc, char** argv) noexcept {
   try {
@@ -36,6 +49,7 @@ int run_in_net(int argc, char** argv) noexcept {
 }  // namespace
 
 int main(int argc, char** argv) {
+  unblock_signals(argc, argv);
   if (!has_stack()) {
     std::fputs("takt: stacks have less than 1 MiB; raise the limit (ulimit -s)\n", stderr);
     return takt::tools::kBadUsage;

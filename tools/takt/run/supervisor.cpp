@@ -321,11 +321,12 @@ void Supervisor::wait_for(const Child& child) {
   pump(std::min<Nanoseconds>(1s, between(Clock::steady().now(), limit_)));
 }
 
-// What is sound has this time for its destructors; what hangs is killed then.
+// What is sound has this time for its destructors; what hangs is killed then. Once: a second one
+// that hangs would give the others as long again.
 void Supervisor::hurry() {
+  if (std::exchange(is_hurried_, true)) return;
   // EndSignals ends this process at kHurriedEndLimit, and one that is stopped would be left.
   limit_ = later(Clock::steady().now(), kHurriedEndLimit - 500ms);
-  is_hurried_ = true;
 }
 
 // Waits for output and responses of the children, at most this long, and reads them.

@@ -36,8 +36,12 @@ ONE = work / "one.yaml"
 ONE.write_text(f"container: {{name: one, components: [{{component: Witness, library: {library}, name: sound}}]}}\n")
 
 
+def block_signals():
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
+
+
 class Begun:
-    """A command, and a pipe of its output that nobody reads, if so."""
+    """A command, and a pipe of its output that nobody reads, if so; its parent has blocked the signals then."""
 
     def __init__(self, *words, piped=False):
         self.words = words
@@ -51,7 +55,8 @@ class Begun:
                 os.set_blocking(self.ends[1], True)
         out = self.ends[1] if piped else subprocess.DEVNULL
         self.process = subprocess.Popen([takt, *map(str, words)], env=environment, stdin=subprocess.DEVNULL, stdout=out,
-                                        stderr=out, start_new_session=True)
+                                        stderr=out, start_new_session=True,
+                                        preexec_fn=block_signals if piped else None)
 
     def lives(self):
         return self.process.poll() is None

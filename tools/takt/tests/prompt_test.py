@@ -65,8 +65,12 @@ def check_mistakes():
         check("one line says what to do", re.fullmatch(r"takt: [^\n]+; [^\n]+\n", wrong.stderr), wrong.stderr)
     check("help is help", run("help", "topic", "echo").stdout.startswith("Prints each message\nUsage: takt topic echo "))
     check("without a command, too", "Subcommands:" in run("help").stdout)
-    note = run("latency", "-n", "-l", "10", "-q", "--executor", "none", "-c", "1", "-s").stderr
-    check("options of an old cyclictest are ignored with a note", "note: -n,--nanosleep is history" in note, note)
+    notes = run("latency", *"-n -A 100 --secaligned --smi -R -M -o 10 --mainaffinity 0 --spike 100 -F fifo --laptop --priospread"
+                .split(), "-l", "10", "-q", "--executor", "none", "-c", "1", "-s").stderr
+    check("options of an old cyclictest are ignored with a note", "note: -n,--nanosleep is history" in notes, notes)
+    check("as are those of today's that Takt needs not", all(f"{name} does nothing here: " in notes for name in (
+        "-A,--aligned", "--secaligned", "--smi", "-R,--resolution", "-M,--refresh_on_max", "-o,--oscope", "--mainaffinity",
+        "--spike", "-F,--fifo")), notes)
 
 
 def check_terminal():

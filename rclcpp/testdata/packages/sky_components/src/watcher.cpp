@@ -5,6 +5,7 @@
 
 #include "rclcpp/rclcpp.hpp"
 #include "rclcpp_components/register_node_macro.hpp"
+#include "rclcpp_lifecycle/visibility_control.h"  // which some packages include beside their own
 #include "sky_interfaces/msg/sky.hpp"
 
 namespace sky_components {
@@ -20,7 +21,7 @@ class Watcher : public rclcpp::Node {
         });
     timer_ = create_wall_timer(std::chrono::milliseconds(20), [this] {
       auto sky = std::make_unique<sky_interfaces::msg::Sky>();
-      sky->clouds.resize(3);
+      sky->clouds.resize(lround(3.0));  // of <math.h>, which packages have from rclcpp.hpp
       publisher_->publish(std::move(sky));
     });
   }
