@@ -7,9 +7,11 @@
 //   return TOPIC                            returns them
 //   keep|check|forget TOPIC                 callbacks keep messages; how many are as they were
 //   matched|heard|state|received|latency|drop TOPIC    heard: how many publishers are known
+//   exit                                    ends, and destroys all with what has static storage
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <atomic>
+#include <cstdlib>
 #include <iostream>
 #include <map>
 #include <mutex>
@@ -190,6 +192,18 @@ std::unique_ptr<End> make_end(bool is_publisher, Node& node, const std::string& 
   return std::make_unique<Receiver<T>>(node, topic, depth, arrivals);
 }
 
+/// Of which these words are type, topic and depth.
+std::unique_ptr<End> make_end(bool is_publisher, Node& node, std::istream& words,
+                              std::string& topic, std::counting_semaphore<>& arrivals) {
+  std::string type;
+  std::size_t depth = 0;
+  words >> type >> topic >> depth;
+  const auto make = type == "block"   ? &make_end<Block>
+                    : type == "image" ? &make_end<Image>
+                                      : &make_end<Text>;
+  return make(is_publisher, node, topic, depth, arrivals);
+}
+
 std::string state_of(const Participant& participant, const std::string& topic) {
   std::string answer = "ok";
   for (const EndpointState& state : participant.endpoints()) {
@@ -198,6 +212,17 @@ std::string state_of(const Participant& participant, const std::string& topic) {
         fmt::format("{} {} {} {}", state.messages, state.uncopied, state.lost, state.transport);
   }
   return answer;
+}
+
+// Destroyed after what was made in main, as a program may keep its nodes.
+std::shared_ptr<Node> static_node;
+std::map<std::string, std::unique_ptr<End>> static_ends;
+
+[[noreturn]] void exit_with(std::shared_ptr<Node> node,
+                            std::map<std::string, std::unique_ptr<End>> ends) {
+  static_node = std::move(node);
+  static_ends = std::move(ends);
+  std::exit(0);
 }
 
 int run() {
@@ -212,7 +237,7 @@ int run() {
     std::cout << error.what() << std::endl;
     return 1;
   }
-  const auto node = std::make_shared<Node>("peer", options);
+  auto node = std::make_shared<Node>("peer", options);
   std::mutex mutex;  // guards `ends`, and held while a callback runs
   std::map<std::string, std::unique_ptr<End>> ends;
   std::counting_semaphore<> arrivals(0);
@@ -226,23 +251,21 @@ int run() {
   });
   std::cout << "ok" << std::endl;
 
-  for (std::string line; std::getline(std::cin, line);) {
+  bool exits = false;
+  for (std::string line; !exits && std::getline(std::cin, line);) {
     std::istringstream words(line);
     std::string command, topic, answer = "ok";
     if (!(words >> command)) continue;
+    exits = command == "exit";
     try {
       if (command == "publisher" || command == "subscription") {
         const bool is_publisher = command == "publisher";
-        std::string type;
-        std::size_t depth = 0;
-        words >> type >> topic >> depth;
-        const auto make = type == "block"   ? &make_end<Block>
-                          : type == "image" ? &make_end<Image>
-                                            : &make_end<Text>;
-        auto end = make(is_publisher, *node, topic, depth, arrivals);
+        auto end = make_end(is_publisher, *node, words, topic, arrivals);
         const std::lock_guard lock(mutex);
         ends[is_publisher ? topic : topic + "/in"] = std::move(end);
-      } else if (words >> topic; command == "state") {
+      } else if (words >> topic; exits) {
+        continue;
+      } else if (command == "state") {
         answer = state_of(*options.participant, topic);
       } else {
         const bool is_of_receiver = kOfReceiver.contains(command);
@@ -258,6 +281,8 @@ int run() {
   is_over = true;
   arrivals.release();
   callbacks.join();
+  options = {};
+  if (exits) exit_with(std::move(node), std::move(ends));
   return 0;
 }
 

@@ -243,6 +243,25 @@ TEST_F(BySharedMemory, GoesOnWhenRoudiIsKilled) {
   EXPECT_EQ(late.received("/late").last, 5);
 }
 
+// They used iceoryx' own static objects, which had gone before.
+TEST_F(BySharedMemory, EndsMayHaveStaticStorage) {
+  start_roudi();
+  const Peer from("require"), to("require");
+  match(from, to, "block", "/static");
+  EXPECT_EQ(from.ask("publish /static 1"), "ok");
+  ASSERT_TRUE(to.has("/static", 1));
+  for (const Peer* const peer : {&from, &to}) {
+    EXPECT_EQ(peer->ask("exit"), "dead");
+    siginfo_t info{};
+    ASSERT_TRUE(eventually([&] {
+      const auto pid = static_cast<id_t>(peer->pid());
+      return waitid(P_PID, pid, &info, WEXITED | WNOWAIT | WNOHANG) == 0 && info.si_pid != 0;
+    }));
+    EXPECT_EQ(info.si_code, CLD_EXITED) << "signal " << info.si_status;
+    EXPECT_EQ(info.si_status, 0);
+  }
+}
+
 TEST_F(BySharedMemory, SurvivesKilledPeers) {
   start_roudi();
   const Peer from("require");

@@ -20,7 +20,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kEndLimit = 3s;
 
-std::atomic<bool> is_stuck{false};
+std::atomic<bool> deletes_no_more{false};
 
 /// False where no thread can be started: the end is a bad moment to fail.
 template <class Work>
@@ -33,8 +33,12 @@ bool start_apart(Work work) noexcept {
   }
 }
 
-// glibc calls these in the reverse order of their registration, as static destructors.
+// glibc calls these in the reverse order of their registration, as static destructors: so before
+// iceoryx' own, which takes away what the deletion of an entity would use. Of nodes in static
+// storage, which go later, the ends are left as they are; others miss them when their lease is
+// over.
 void end_in_time(int status, void*) {
+  deletes_no_more.store(true);
   std::fflush(nullptr);  // what iceoryx keeps from being written otherwise
   start_apart([status] {
     std::this_thread::sleep_for(kEndLimit);
@@ -48,7 +52,7 @@ void end_in_time(int status, void*) {
 }  // namespace
 
 void delete_within_bound(std::int32_t entity) {
-  if (is_stuck) return;
+  if (deletes_no_more.load()) return;
   std::promise<void> deleted;
   std::future<void> is_deleted = deleted.get_future();
   if (!start_apart([entity, deleted = std::move(deleted)]() mutable {
@@ -59,7 +63,7 @@ void delete_within_bound(std::int32_t entity) {
     return;
   }
   if (is_deleted.wait_for(kEndLimit) == std::future_status::ready) return;
-  if (is_stuck.exchange(true)) return;
+  if (deletes_no_more.exchange(true)) return;
   log(LogLevel::error,
       "shared memory hangs on a lock that a killed process held: what uses it here is not taken "
       "down any more; restart this process");

@@ -32,7 +32,8 @@ std::string shared_memory_settings(std::uint64_t roudi, const std::string& prefi
 /// Thread safety: from any thread. Real-time: set-up only.
 void delete_within_bound(std::int32_t entity);
 /// From here on `exit` ends the process within 3 s, with the status that was asked for, though
-/// iceoryx still waits for RouDi's answer to its goodbye. Call it when iceoryx has begun.
+/// iceoryx still waits for RouDi's answer to its goodbye; and delete_within_bound deletes nothing
+/// any more when iceoryx' static objects go. Call it when iceoryx has begun.
 void bound_exit();
 
 // ---- Chunks: pieces of shared memory, each with one message ----

@@ -50,6 +50,7 @@ constexpr std::size_t kManagementBytes = std::size_t{72} << 20;
 // size. Seen: nothing.
 constexpr std::size_t kMostPools = 32;
 constexpr auto kStartLimit = 20s;
+constexpr const char* kFolder = "takt_roudi_";  // the begin of its name
 constexpr auto kLockLimit = 2s;  // until another process lets go of a lock that it needs shortly
 
 constexpr std::size_t chunk_bytes(std::size_t message_bytes) {
@@ -109,6 +110,24 @@ void remove_files() {
   }
 }
 
+/// Where the keepers have theirs.
+fs::path place_of_folders() {
+  return fs::temp_directory_path();
+}
+
+/// Those of our keepers that were killed: they belong to the RouDi before, as there is one.
+void remove_folders() {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(place_of_folders(), ignored)) {
+    struct stat folder {};
+    if (entry.path().filename().string().starts_with(kFolder) &&
+        lstat(entry.path().c_str(), &folder) == 0 && S_ISDIR(folder.st_mode) &&
+        folder.st_uid == geteuid()) {
+      fs::remove_all(entry.path(), ignored);
+    }
+  }
+}
+
 std::string contents_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
@@ -159,7 +178,7 @@ Server::Server(std::vector<ChunkPool> pools) {
                                  chunk_bytes(pool.message_bytes), pool.chunks);
   }
   check_mounts();
-  remove_files();  // of a RouDi that was killed
+  remove_files(), remove_folders();  // of a RouDi that was killed
   std::error_code failed;
   const fs::space_info space = fs::space("/dev/shm", failed);
   if (failed || space.available < bytes) {
@@ -167,7 +186,7 @@ Server::Server(std::vector<ChunkPool> pools) {
                             (bytes >> 20) + 1, failed ? 0 : space.available >> 20),
                 "mount -o remount,size=… /dev/shm, or smaller depths of the large topics");
   }
-  std::string folder = fs::temp_directory_path() / "takt_roudi_XXXXXX";
+  std::string folder = place_of_folders() / fmt::format("{}XXXXXX", kFolder);
   if (mkdtemp(folder.data()) == nullptr) {
     throw Error("no folder for RouDi's configuration: " + errno_message(errno));
   }
