@@ -13,13 +13,14 @@
 
 #include <dds/dds.h>
 
+#include "takt/base/visibility.hpp"
 #include "takt/transport/dds/cyclone_type.hpp"
 #include "takt/transport/dds/graph.hpp"
 #include "takt/transport/intra_process.hpp"
 
 struct xevent;  // Cyclone's
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// Throws Error, with what Cyclone calls it, when the result is one.
 dds_entity_t dds_check(dds_return_t result, const std::string& what,

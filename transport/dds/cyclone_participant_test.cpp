@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "takt/transport/dds/cyclone_participant.hpp"
+
 #include <memory>
 #include <string>
 #include <vector>
@@ -8,7 +10,6 @@
 
 #include "takt/messages/message_type.hpp"
 #include "takt/testing/peer_process.hpp"
-#include "takt/transport/dds/participant.hpp"
 
 namespace takt {
 namespace {
@@ -24,11 +25,36 @@ long times_waited() {
   return usage.ru_nvcsw;
 }
 
+std::shared_ptr<Participant> make_participant() {
+  return Participant::create({.domain = test_domain(),
+                              .discovery = DiscoveryRange::localhost,
+                              .shared_memory = SharedMemory::off});
+}
+dds_entity_t handle_of(const Participant& participant) {
+  return static_cast<const CycloneParticipant&>(participant).handle();
+}
+
+// What thousands had announced stayed, up to 16 MB, where nobody looked at the graph.
+TEST(GraphReader, ForgetsWhatIsUnreadOfAProcessThatGoes) {
+  const auto reading = make_participant();
+  GraphReader reader(handle_of(*reading), RosGraph::jazzy, [](const auto&) {});
+  reader.begin();
+  auto other = make_participant();
+  other->add_node("/node");
+  auto writer = other->create_writer({"/topic", &message_type<Number>(), 1, "/node", {}},
+                                     std::make_shared<EndpointEvents>());
+  dds_guid_t guid{};
+  ASSERT_EQ(dds_get_guid(handle_of(*other), &guid), DDS_RETCODE_OK);
+  const std::string gid(reinterpret_cast<const char*>(guid.v), sizeof guid.v);
+  EXPECT_TRUE(eventually([&] { return reader.owners_in(gid).size() == 1; }));
+  writer.reset();
+  other.reset();
+  EXPECT_TRUE(eventually([&] { return reader.owners_in(gid).empty(); }));
+}
+
 // Each waited a millisecond and more for Cyclone's threads: a system of 250 nodes ended in seconds.
 TEST(CycloneParticipant, EndsThatGoTogetherDoNotWaitOneAfterTheOther) {
-  const auto participant = Participant::create({.domain = test_domain(),
-                                                .discovery = DiscoveryRange::localhost,
-                                                .shared_memory = SharedMemory::off});
+  const auto participant = make_participant();
   participant->add_node("/node");
   std::vector<std::unique_ptr<RemoteWriter>> writers;
   for (int i = 0; i < 200; ++i) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <chrono>
 #include <condition_variable>
+#include <iterator>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -73,7 +74,7 @@ void note_left_out(std::size_t most, const char* what) {
 
 }  // namespace
 
-/// The last one of each process, by its GUID.
+/// The last one of each process that is there, by its GUID.
 class GraphReader::Announcements {
  public:
   struct Unref {
@@ -86,11 +87,17 @@ class GraphReader::Announcements {
   static void on_data(dds_entity_t reader, void* self) {
     static_cast<Announcements*>(self)->take(reader);
   }
+  /// When a process has come, or gone.
+  static void on_matched(dds_entity_t, const dds_subscription_matched_status_t status, void* self) {
+    if (status.current_count_change >= 0) return;
+    static_cast<Announcements*>(self)->forget_all_of(status.last_publication_handle);
+  }
   std::map<Gid, Sample> all() {
     const std::lock_guard lock(mutex_);
     std::map<Gid, Sample> all;
     for (auto& [gid, kept] : kept_) all[gid] = std::move(kept.sample);
     kept_.clear();
+    by_age_.clear();
     bytes_ = 0;
     return all;
   }
@@ -120,6 +127,7 @@ class GraphReader::Announcements {
     Sample sample;
     std::size_t bytes = 0;
     std::uint64_t number = 0;
+    dds_instance_handle_t writer = 0;
   };
 
   void take(dds_entity_t reader) {
@@ -134,27 +142,37 @@ class GraphReader::Announcements {
         continue;
       }
       const auto* const gid = bytes.data() + kCdrHeader.size();
-      keep(bytes_of(reinterpret_cast<const unsigned char*>(gid)), std::move(sample), bytes.size());
+      keep(bytes_of(reinterpret_cast<const unsigned char*>(gid)),
+           {std::move(sample), bytes.size(), 0, about.publication_handle});
     }
   }
-  void keep(const Gid& gid, Sample sample, std::size_t size) {
+  void keep(const Gid& gid, Kept announcement) {
     {
       const std::lock_guard lock(mutex_);
       forget(kept_.find(gid));
-      kept_[gid] = {std::move(sample), size, ++last_};
-      bytes_ += size;
+      announcement.number = ++last_;
+      by_age_[last_] = gid;
+      bytes_ += announcement.bytes;
+      kept_[gid] = std::move(announcement);
       while (bytes_ > kMostUnread || kept_.size() > kMostProcesses) {
-        forget(std::min_element(kept_.begin(), kept_.end(), [](const auto& a, const auto& b) {
-          return a.second.number < b.second.number;
-        }));
+        forget(kept_.find(by_age_.begin()->second));
       }
       changed_.notify_all();
     }
     on_kept_(gid);
   }
+  void forget_all_of(dds_instance_handle_t writer) {
+    const std::lock_guard lock(mutex_);
+    for (auto kept = kept_.begin(); kept != kept_.end();) {
+      const auto next = std::next(kept);
+      if (kept->second.writer == writer) forget(kept);
+      kept = next;
+    }
+  }
   void forget(std::map<Gid, Kept>::iterator kept) {
     if (kept == kept_.end()) return;
     bytes_ -= kept->second.bytes;
+    by_age_.erase(kept->second.number);
     kept_.erase(kept);
   }
 
@@ -162,6 +180,7 @@ class GraphReader::Announcements {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::map<Gid, Kept> kept_;
+  std::map<std::uint64_t, Gid> by_age_;
   std::size_t bytes_ = 0;
   std::uint64_t last_ = 0;
 };
@@ -179,6 +198,7 @@ void GraphReader::begin() {
     topic_ = std::make_unique<Topic>(participant_, discovery_endpoint(form_), false);
     const Listener listener(dds_create_listener(announcements_.get()), &dds_delete_listener);
     dds_lset_data_available(listener.get(), &Announcements::on_data);
+    dds_lset_subscription_matched(listener.get(), &Announcements::on_matched);
     reader_ = make_reader(participant_, *topic_, discovery_endpoint(form_), form_, listener.get());
   });
 }

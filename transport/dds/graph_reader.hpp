@@ -10,9 +10,10 @@
 #include <string>
 #include <unordered_map>
 
+#include "takt/base/visibility.hpp"
 #include "takt/transport/dds/cyclone_entity.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// Of each process the last announcement of its nodes is kept until it is read, undecoded:
 /// Cyclone's thread takes it when it comes, so that what a peer sends in a row never lies in the
