@@ -2,11 +2,14 @@
 
 SPDX-License-Identifier: Apache-2.0
 """
+import contextlib
 import fcntl
 import glob
 import os
 import pathlib
+import select
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -28,6 +31,43 @@ def own_domain():
     sys.exit("all domains for tests are taken: wait until other tests have ended")
 
 
+def is_keeper(pid):
+    """Of RouDi, for a `takt run`."""
+    try:
+        return open(f"/proc/{pid}/comm").read() == "takt_roudi\n"
+    except OSError:
+        return False
+
+
+def started_with(mark):
+    """Processes that have it in their environment; a keeper ends by itself, with its RouDi and their files."""
+    for folder in glob.glob("/proc/[0-9]*"):
+        try:
+            with open(f"{folder}/environ", "rb") as file, open(f"{folder}/stat") as stat:
+                pid, parent = int(folder[6:]), int(stat.read().rpartition(")")[2].split()[1])
+                if mark.encode() in file.read().split(b"\0") and not is_keeper(pid) and not is_keeper(parent):
+                    yield pid
+        except OSError:  # it has gone, or is another user's
+            pass
+
+
+def end_with_this():
+    """What this process starts ends with it, also when ctest kills it: else it would disturb later tests."""
+    test, mark = os.pidfd_open(os.getpid()), f"TAKT_TEST_PROCESS={os.getpid()}.{time.monotonic_ns()}"
+    os.environ.update([mark.split("=")])
+    if os.fork() != 0:
+        return os.close(test)
+    os.setsid()
+    for fd in range(3):  # ctest waits until nobody has its pipe
+        os.dup2(os.open(os.devnull, os.O_RDWR), fd)
+    select.select([test], [], [])
+    for pid in started_with(mark):
+        with contextlib.suppress(OSError):
+            os.kill(pid, signal.SIGKILL)
+    os._exit(0)
+
+
+end_with_this()
 environment = dict(os.environ, ROS_DOMAIN_ID=str(own_domain()))
 failures = []
 
@@ -81,14 +121,6 @@ def children_of(pid):
                 for child in open(path).read().split()]
     except OSError:  # it has ended
         return []
-
-
-def is_keeper(pid):
-    """Of RouDi, for a `takt run`."""
-    try:
-        return open(f"/proc/{pid}/comm").read() == "takt_roudi\n"
-    except OSError:
-        return False
 
 
 def roudi_of(run):
