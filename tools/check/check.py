@@ -52,8 +52,9 @@ RULES = {
     "reader": "files are read by one reader",
     "interpreter": "Python is started with -I",
     "writer": "files are written by one writer, and what options name is checked",
-    "unsound": "no last pointer for a comparison, no static object on the heap",
+    "unsound": "no last pointer for a comparison, no static object on the heap, no list of callbacks of one's own",
     "wait": "who waits for others' code is known, or says why not",
+    "clock": "nodes give entities the real clock",
     "environment": "variables of the environment are tried with all values",
     "link": "links in documents lead somewhere",
     "phrase": "retired phrases",
@@ -209,7 +210,8 @@ def check_lines(file, _):
             ("temporary", file_rules.temporary_names, file.lines), ("output", file_rules.raw_output, file.lines),
             ("reader", file_rules.readers, file.lines), ("writer", file_rules.writers, file.lines),
             ("interpreter", file_rules.interpreters, file.text), ("unsound", file_rules.unsound, file.lines),
-            ("wait", file_rules.unknown_waits, file.lines), ("waiting", waiting.endless, file.text)):
+            ("wait", file_rules.unknown_waits, file.lines), ("clock", file_rules.clocks, file.lines),
+            ("waiting", waiting.endless, file.text)):
         for line, what in rule(file.path, content):
             yield Finding(file.path, line, kind, what)
 

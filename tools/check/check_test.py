@@ -257,10 +257,13 @@ def test_unsound():
             {"base/a.cpp": SPDX + "if (weak.lock() == node) return;\n"
                                   "if (weak.lock() != nullptr) return;\n"
                                   "static Topics& topics = *new Topics;\n"
-                                  "static auto& lists = *new std::array<List, 3>;\n"},
+                                  "static auto& lists = *new std::array<List, 3>;\n"
+                                  "std::vector<std::function<void()>> callbacks_;\n"
+                                  "std::function<std::vector<int>()> one_;\n"},
             "base/a.cpp:2: use is_same_owner(), which makes no pointer",
             "base/a.cpp:4: use NeverDestroyed, which allocates nothing",
-            "base/a.cpp:5: use NeverDestroyed, which allocates nothing")
+            "base/a.cpp:5: use NeverDestroyed, which allocates nothing",
+            "base/a.cpp:6: use CallbackList, which calls nothing that was removed")
 
 
 def test_unknown_waits():
@@ -269,6 +272,13 @@ def test_unknown_waits():
     refused("a wait that is not known", {"nodes/a.cpp": waits},
             "nodes/a.cpp:3: use WaitInCallback, which ends waits for each other, or say above why none can be: // Waits for ...")
     accepted("what no thread of a user is in", {"sched/a.cpp": waits})
+
+
+def test_clocks():
+    refused("an entity with a clock that may be simulated",
+            {"nodes/a.cpp": SPDX + "auto a = make_timer(clock(), name);\nauto b = Client(clock(), name);\n"
+                                   "auto c = std::make_shared<TaskRunner>(\n    name, clock(), 1);\nauto d = Client(clock().real());\n"},
+            "nodes/a.cpp:3: give it clock().real(): only timers and coroutines take a time that may be simulated, see decision 0134")
 
 
 def test_waiting():
@@ -407,6 +417,7 @@ test_keep()
 test_time_sums()
 test_unsound()
 test_unknown_waits()
+test_clocks()
 test_waiting()
 test_phrases()
 test_generated()

@@ -52,6 +52,7 @@ UNSOUND = [
     # The pointer that it makes may be the last one: then the object ends here, perhaps under a lock.
     (re.compile(r"\.lock\(\) [=!]= (?!nullptr\b)"), "use is_same_owner(), which makes no pointer"),
     (re.compile(r"\bstatic [^;=]*= \*new\b"), "use NeverDestroyed, which allocates nothing"),
+    (re.compile(r"\b(?:vector|list|deque|set|map)<[^;]*\bstd::function<"), "use CallbackList, which calls nothing that was removed"),
 ]
 
 
@@ -104,6 +105,19 @@ def unknown_waits(path, lines):
     for number, line in enumerate(lines, 1):
         if WAITS.search(line) and "// Waits for" not in "\n".join(lines[max(0, number - 3):number]):
             yield number, "use WaitInCallback, which ends waits for each other, or say above why none can be: // Waits for ..."
+
+
+# Of an argument; a timer and a coroutine go by the timeline of a node's clock, which may be simulated.
+CLOCKS = re.compile(r"(?<!make_timer\()(?<![.>])\bclock\(\)(?=[,)])")
+
+
+def clocks(path, lines):
+    """(line number, what is wrong)"""
+    if not is_product(path) or not path.startswith("nodes/"):
+        return
+    for number, line in enumerate(lines, 1):
+        if CLOCKS.search(line) and "TaskRunner>(" not in "".join(lines[max(0, number - 2):number]):
+            yield number, "give it clock().real(): only timers and coroutines take a time that may be simulated, see decision 0134"
 
 
 def interpreters(path, text):

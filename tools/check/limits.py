@@ -85,7 +85,8 @@ def number(value):
     shift = re.fullmatch(r"(\d+) << (\d+)", plain)
     if shift:
         count = int(shift[1]) << int(shift[2])
-        return f"{count >> 30} Gi" if count >= 1 << 30 else f"{count >> 20} Mi"
+        unit, name = next(row for row in ((30, "Gi"), (20, "Mi"), (10, "Ki")) if count >= 1 << row[0])
+        return f"{count >> unit} {name}"
     if plain.isdigit():
         return f"{int(plain):,}"
     duration = re.fullmatch(r"std::chrono::milliseconds\((\d+)\)", plain)
