@@ -277,7 +277,7 @@ def test_unknown_waits():
 def test_clocks():
     refused("an entity with a clock that may be simulated",
             {"nodes/a.cpp": SPDX + "auto a = make_timer(clock(), name);\nauto b = Client(clock(), name);\n"
-                                   "auto c = std::make_shared<TaskRunner>(\n    name, clock(), 1);\nauto d = Client(clock().real());\n"},
+                                   "auto c = std::make_shared<TaskRunner>(name, clock(), 1);\nauto d = Client(clock().real());\n"},
             "nodes/a.cpp:3: give it clock().real(): only timers and coroutines take a time that may be simulated, see decision 0134")
 
 
