@@ -203,7 +203,7 @@ TEST(BoundWatch, CountsWhatComesFromOutsideBesideSenders) {
 
 // By a thread of this process, as those of DDS are.
 TEST(BoundWatch, SeesWhoPreempts) {
-  std::atomic<bool> may_end{false};
+  std::atomic<bool> has_begun{false}, may_end{false};
   bool has_rights = true;
   std::thread rival([&] {
     const ThreadState state = apply({.name = "rival",
@@ -212,8 +212,10 @@ TEST(BoundWatch, SeesWhoPreempts) {
                                      .affinity = {available_cpus().front()}},
                                     Realtime::prefer);
     has_rights = state.refused.empty();
+    has_begun.store(true);
     EXPECT_TRUE(!has_rights || eventually([&] { return may_end.load(); }));
   });
+  EXPECT_TRUE(eventually([&] { return has_begun.load(); }));  // a busy machine begins it late
   std::vector<Deviation> found;
   EXPECT_NO_THROW(found = deviations_of(with_work(5'000, ", policy: SCHED_FIFO, priority: 10")));
   may_end.store(true);
