@@ -61,7 +61,8 @@ constexpr std::array kKinds{
     AssumptionKind{"rt_runtime_as_here",
                    "Linux throttles real-time threads as on this machine, and the fair server of "
                    "newer kernels (6.12) runs others before them only then",
-                   "when it is analysed; while it runs, with `analysis: {watch: true}`",
+                   "when it is analysed; while it runs, with `analysis: {watch: true}`, but for "
+                   "reserved threads",
                    "`analysis: {watch: true}`; `machine: {rt_runtime: …}`; a kernel whose fair "
                    "server is off (0 in "
                    "`/sys/kernel/debug/sched/fair_server/cpu*/runtime`)"},

@@ -272,6 +272,11 @@ TEST(Assumptions, TheFairServerIsOne) {
   };
   EXPECT_THAT(found(File().text()), HasSubstr("only when these have used"));
   EXPECT_THAT(found(kBesideAReservation), HasSubstr("no other threads before those of 'b'"));
+  const std::string watched = std::string("analysis: {watch: true}\n") + kBesideAReservation;
+  EXPECT_THAT(analyzed(watched, nullptr, false, newer).missing(), Contains("rt_runtime_as_here"));
+  EXPECT_THAT(
+      analyzed("analysis: {watch: true}\n" + File().text(), nullptr, false, newer).missing(),
+      IsEmpty());
   newer.fair_server = 0ms;
   EXPECT_THAT(found(File().text()), Not(HasSubstr("fair server")));
 }

@@ -102,7 +102,8 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
       description_.realtime == Realtime::require ? State::checked : if_watched(),
       "Linux gives the threads of {} their policies and priorities", "nobody");
   if (!machine_.is_known || machine_.fair_server != Nanoseconds::zero()) {
-    add("rt_runtime_as_here", if_watched(),
+    // A watch cannot tell its turn from the end of a budget.
+    add("rt_runtime_as_here", executor.reservation ? State::unchecked : if_watched(),
         executor.reservation
             ? "the fair server, which newer kernels have, runs no other threads before those of {}"
             : "the fair server, which newer kernels have, runs other threads before those of {} "

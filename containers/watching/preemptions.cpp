@@ -198,16 +198,21 @@ std::vector<Preemptions::Found> Preemptions::by_records(const std::vector<int>& 
   // One that is as urgent, and sleeps when one of ours comes, has let it wait.
   const auto was_before = [&](std::uint32_t thread, const ThreadState& waited) {
     const Urgency other = urgency_of(thread);
+    if (waited.policy == ThreadPolicy::deadline) return other.policy == SCHED_DEADLINE;
     return other.has_ended() || other.policy == SCHED_DEADLINE ||
-           (other.is_realtime() && waited.policy != ThreadPolicy::deadline &&
-            other.priority >= waited.priority);
+           (other.is_realtime() && other.priority >= waited.priority);
+  };
+  // One with a reservation makes room for anybody when its budget is used up.
+  const auto may_preempt = [&](std::uint32_t thread, const ThreadState& waited) {
+    return waited.policy != ThreadPolicy::deadline || urgency_of(thread).policy == SCHED_DEADLINE;
   };
   for (const auto& records : records_) {
     const bool is_complete = records->visit([&](const Records::Switch& change) {
       const auto gone = find(change.thread);
       const auto come = find(change.next_thread);
       if (change.was_preempted && change.process == own && gone != ours.end()) {
-        if (!is_ours(change.next_process, change.next_thread))
+        if (!is_ours(change.next_process, change.next_thread) &&
+            may_preempt(change.next_thread, *gone))
           add(change.next_process, change.next_thread, *gone);
       } else if (!change.was_preempted && change.next_process == own && come != ours.end()) {
         if (!is_ours(change.process, change.thread) && was_before(change.thread, *come))
