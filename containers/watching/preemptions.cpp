@@ -55,6 +55,30 @@ struct Urgency {
   }
 };
 
+/// Of the threads of a look, each asked once.
+class Urgencies {
+ public:
+  Urgency of(std::uint32_t thread) {
+    const auto [known, is_new] = known_.try_emplace(thread);
+    if (is_new) known->second = Urgency::of(static_cast<int>(thread));
+    return known->second;
+  }
+  /// One with a reservation makes room for anybody when its budget is used up.
+  bool may_preempt(std::uint32_t thread, const ThreadState& waited) {
+    return waited.policy != ThreadPolicy::deadline || of(thread).policy == SCHED_DEADLINE;
+  }
+  /// One that is as urgent, and sleeps when one of ours comes, has let it wait.
+  bool was_before(std::uint32_t thread, const ThreadState& waited) {
+    const Urgency other = of(thread);
+    if (waited.policy == ThreadPolicy::deadline) return other.policy == SCHED_DEADLINE;
+    return other.has_ended() || other.policy == SCHED_DEADLINE ||
+           (other.is_realtime() && other.priority >= waited.priority);
+  }
+
+ private:
+  std::map<std::uint32_t, Urgency> known_;
+};
+
 std::vector<ThreadState> realtime_ones(const std::vector<int>& threads) {
   std::vector<ThreadState> result;
   for (const int thread : threads) {
@@ -175,18 +199,13 @@ std::vector<Preemptions::Found> Preemptions::by_records(const std::vector<int>& 
   const auto is_ours = [&](std::uint32_t process, std::uint32_t thread) {
     return thread == 0 || (process == own && find(thread) != ours.end());  // 0: nobody
   };
-  std::map<std::uint32_t, Urgency> others;
-  const auto urgency_of = [&](std::uint32_t thread) {
-    const auto [known, is_new] = others.try_emplace(thread);
-    if (is_new) known->second = Urgency::of(static_cast<int>(thread));
-    return known->second;
-  };
+  Urgencies others;
   std::map<std::pair<std::string, std::string>, Found> found;
   const auto add = [&](std::uint32_t process, std::uint32_t thread, const ThreadState& waited) {
     const std::string by =
         found.size() < kMostPreemptors ? name_of_process_thread(process, thread) : "others";
     Found& one = found[{by, waited.name}];
-    if (!urgency_of(thread).is_realtime() && !urgency_of(thread).has_ended()) {
+    if (!others.of(thread).is_realtime() && !others.of(thread).has_ended()) {
       one.id = "rt_runtime_as_here";
     } else if (process == own) {
       one.id = "dds_threads_elsewhere";
@@ -195,27 +214,16 @@ std::vector<Preemptions::Found> Preemptions::by_records(const std::vector<int>& 
     one.thread = waited.name;
     ++one.count;
   };
-  // One that is as urgent, and sleeps when one of ours comes, has let it wait.
-  const auto was_before = [&](std::uint32_t thread, const ThreadState& waited) {
-    const Urgency other = urgency_of(thread);
-    if (waited.policy == ThreadPolicy::deadline) return other.policy == SCHED_DEADLINE;
-    return other.has_ended() || other.policy == SCHED_DEADLINE ||
-           (other.is_realtime() && other.priority >= waited.priority);
-  };
-  // One with a reservation makes room for anybody when its budget is used up.
-  const auto may_preempt = [&](std::uint32_t thread, const ThreadState& waited) {
-    return waited.policy != ThreadPolicy::deadline || urgency_of(thread).policy == SCHED_DEADLINE;
-  };
   for (const auto& records : records_) {
     const bool is_complete = records->visit([&](const Records::Switch& change) {
       const auto gone = find(change.thread);
       const auto come = find(change.next_thread);
       if (change.was_preempted && change.process == own && gone != ours.end()) {
         if (!is_ours(change.next_process, change.next_thread) &&
-            may_preempt(change.next_thread, *gone))
+            others.may_preempt(change.next_thread, *gone))
           add(change.next_process, change.next_thread, *gone);
       } else if (!change.was_preempted && change.next_process == own && come != ours.end()) {
-        if (!is_ours(change.process, change.thread) && was_before(change.thread, *come))
+        if (!is_ours(change.process, change.thread) && others.was_before(change.thread, *come))
           add(change.process, change.thread, *come);
       }
     });
