@@ -193,10 +193,18 @@ void rta_lines(const std::string& name) {
   }
 }
 
+Result result_of_file(const std::string& name, const TaskSet& set, const std::string& file) {
+  try {
+    return textbook::analyse(name, set);
+  } catch (const Error& error) {  // the tasks want more than there is
+    throw Error(error.what(), "", file == "-" ? "stdin" : file);
+  }
+}
+
 void rta(const std::string& name, const Options& options) {
   if (options.lines) return rta_lines(name);
   const TaskSet set = read(options.file, name);
-  const Result result = textbook::analyse(name, set);
+  const Result result = result_of_file(name, set, options.file);
   if (options.json_path != "-") print(set, result, textbook::analyses().traits(name));
   if (!options.json_path.empty()) write_json(to_json(set, result, name), options.json_path);
 }

@@ -56,7 +56,7 @@ fails("a missing key is reported", ["fp"], '{"tasks": [{"C": 1, "T": 2}]}', "std
 fails("a negative number is reported", ["fp"], '{"tasks": [{"C": -1, "T": 2, "priority": 1}]}',
       "stdin:1: 'C' is not possible", "from 1")
 fails("too much work is reported", ["fp"], '{"tasks": [{"C": 7, "T": 5, "priority": 1}]}',
-      "1.400 of a processor", "shorten C")
+      "stdin: the tasks want 1.400 of a processor", "shorten C")
 # Each instant of a release was kept, however many: this took gigabytes, or hours.
 fails("more instants than can be looked at are reported", ["casini_event_source"],
       '{"tasks": [{"C": 2, "T": 5, "J": 1000000000}], "limit": 1000000000000000}',
