@@ -168,6 +168,14 @@ class Names {
       refuse(type, fmt::format("gives '{}' the value '{}', which is not one of {}", line.name,
                                line.value, line.field_type));
     }
+    if (has_value && !line.nested.empty()) {
+      refuse(type, fmt::format("gives '{}' a value, and {} has none", line.name, line.nested));
+    }
+    const bool is_list = line.field_type.ends_with(']');
+    if (has_value && is_list && !(line.value.starts_with('[') && line.value.ends_with(']'))) {
+      refuse(type,
+             fmt::format("gives '{}' the value '{}', which is no list", line.name, line.value));
+    }
   }
   void clear() { names_.clear(); }
 

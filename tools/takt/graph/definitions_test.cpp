@@ -99,12 +99,14 @@ TEST_F(DefinitionFiles, WithWrongNamesOrValuesAreRefused) {
       {"int8 X=99999\n", "gives 'X' the value '99999', which is not one of int8"},
       {"uint16 x -1\n", "gives 'x' the value '-1', which is not one of uint16"},
       {"float64 X=one\n", "which is not one of float64"},
-      {"int32 X=\n", "gives 'X' the value ''"}};
+      {"int32 X=\n", "gives 'X' the value ''"},
+      {"int8[<=3] list 1\n", "gives 'list' the value '1', which is no list"},
+      {"Right[] x 1\n", "gives 'x' a value, and "}};
+  add("Right", "int8 X=-128\nuint8 Y=+255\nfloat32 z 1e3\nstring s 'x'\nint32[] list [1, 2]\n");
   for (const auto& [text, why] : wrong) {
     add("Wrong", text);
     EXPECT_THAT(error_of("Wrong"), HasSubstr(why));
   }
-  add("Right", "int8 X=-128\nuint8 Y=+255\nfloat32 z 1e3\nstring s 'x'\nint32[] list [1, 2]\n");
   EXPECT_EQ(error_of("Right"), "none");
 }
 
