@@ -1,6 +1,9 @@
 // Bounds against a simulation of random systems: no response is ever longer, and for each method
 // there is one that is as long.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <map>
 
 #include <gtest/gtest.h>
@@ -21,6 +24,39 @@ using testing::Shape;
 constexpr Time kEnd = 4000;
 
 constexpr std::uint64_t kSystems = 3000 / testing::kFewerSanitized;
+
+Shape shape_of(std::uint64_t seed) {
+  Shape shape;
+  shape.has_periods = seed % 2 == 0;
+  shape.has_overheads = seed % 4 == 1;
+  shape.has_outside = seed % 3 == 0;
+  shape.floats = seed % 7 == 0;
+  if (seed % 5 == 0) shape.utilisations = {0.95, 0.98, 0.99, 1.0};
+  return shape;
+}
+
+/// With the longest executions.
+Oracle::Run run_of_any_phases(RandomSystem& random) {
+  const System& system = random.system;
+  Oracle::Run run{std::vector<Time>(system.callbacks.size()),
+                  [&system](std::size_t callback) { return system.callbacks[callback].execution; },
+                  kEnd};
+  run.messages_first = random.is_one_of(2);
+  const bool is_near = random.is_one_of(2);  // all begin with what blocks others for longest
+  for (std::size_t i = 0; i < system.callbacks.size(); ++i) {
+    if (!system.callbacks[i].arrivals) continue;
+    if (system.callbacks[i].is_timer) {
+      const Time latest = is_near ? 2 : random.period(i);
+      run.phases[i] = static_cast<Time>(random.between(0, latest));
+      continue;
+    }
+    for (const Time time : random.arrivals(i, kEnd, is_near)) {
+      run.messages.emplace_back(time, i);
+    }
+  }
+  std::sort(run.messages.begin(), run.messages.end());
+  return run;
+}
 
 std::vector<Oracle::Run> runs(RandomSystem& random) {
   const std::size_t count = random.system.callbacks.size();
@@ -103,21 +139,56 @@ void compare(const System& system, const Observed& observed, const Bounds& bound
   }
 }
 
+/// The longest response seen ÷ the least bound, of all callbacks that a method bounds best.
+using Shares = std::map<std::string, std::vector<double>>;
+
+void add_shares(const System& system, const std::vector<Observed>& runs, Shares& shares) {
+  const Bounds bounds = analyze(system, {.limit = 20'000});
+  for (std::size_t i = 0; i < system.callbacks.size(); ++i) {
+    const CallbackBound& bound = bounds.callbacks[i];
+    Time longest = 0;
+    for (const Observed& run : runs) longest = std::max(longest, run.callbacks[i]);
+    if (bound.bound >= kUnbounded || longest == 0) continue;
+    const bool is_pool = system.executors[system.callbacks[i].executor].threads > 1;
+    const double share = static_cast<double>(longest) / static_cast<double>(bound.bound);
+    shares[bound.method + (is_pool ? " several" : " one")].push_back(share);
+    if (is_pool) shares["all several"].push_back(share);
+  }
+}
+
+// For docs/results/bounds.md: TAKT_TIGHTNESS_RUNS=30, further runs of each of 3,000 systems.
+TEST(RandomSystems, TightnessOfBounds) {
+  const char* const more = std::getenv("TAKT_TIGHTNESS_RUNS");
+  const int further = more != nullptr ? std::atoi(more) : 0;
+  Shares shares;
+  for (std::uint64_t seed = 1; seed <= (further == 0 ? 100 : 3000); ++seed) {
+    RandomSystem random(seed, shape_of(seed));
+    std::vector<Observed> observed;
+    const auto run_all = [&](std::vector<Oracle::Run> all) {
+      for (Oracle::Run& run : all) {
+        observed.push_back(observe(random.system, Oracle(random.system, std::move(run))));
+      }
+    };
+    run_all(runs(random));
+    for (int i = 0; i < further; ++i) run_all({run_of_any_phases(random)});
+    add_shares(random.system, observed, shares);
+  }
+  EXPECT_GE(shares.size(), 8U);
+  for (auto& [method, all] : shares) {
+    std::sort(all.begin(), all.end());
+    EXPECT_LE(all.back(), 1) << method;
+    std::printf("tightness: %s %zu %.3f %.3f\n", method.c_str(), all.size(), all[all.size() / 2],
+                all[all.size() / 10]);
+  }
+}
+
 TEST(RandomSystems, NoResponseIsLongerThanAnyBound) {
   std::vector<std::vector<std::string>> sets{{}};
   for (const std::string& name : methods().names()) sets.push_back({name});
   std::map<std::string, Tightness> tightness;
   std::vector<std::pair<std::uint64_t, Shape>> systems;
   const std::uint64_t count = testing::random_systems(kSystems);
-  for (std::uint64_t seed = 1; seed <= count; ++seed) {
-    Shape shape;
-    shape.has_periods = seed % 2 == 0;
-    shape.has_overheads = seed % 4 == 1;
-    shape.has_outside = seed % 3 == 0;
-    shape.floats = seed % 7 == 0;
-    if (seed % 5 == 0) shape.utilisations = {0.95, 0.98, 0.99, 1.0};
-    systems.emplace_back(seed, shape);
-  }
+  for (std::uint64_t seed = 1; seed <= count; ++seed) systems.emplace_back(seed, shape_of(seed));
   // Each refutes a bound of an earlier form, see tools/check/mutations.py. A change of what
   // RandomSystem draws makes other systems of these seeds: find new ones then.
   // A message that comes at the instant at which a less urgent callback begins; a timer that misses

@@ -21,9 +21,11 @@ namespace TAKT_INTERNAL textbook {
 /// A task, or a chain of callbacks that a task begins. Each analysis reads some of it.
 struct Task {
   std::string name;
-  Time execution = 0;  // C; of a chain: the sum
-  Time last = 0;       // C of the last callback of a chain; without a chain: the same
-  Time period = 1, jitter = 0;
+  Time execution = 0;        // C; of a chain: the sum
+  Time last = 0;             // C of the last callback of a chain; without a chain: the same
+  Time shortest = 0;         // C_min
+  Time period = kUnbounded;  // of a single job
+  Time offset = 0, jitter = 0;
   std::optional<Time> deadline;  // from the release; if the analysis needs one, it is given
   Time point = 0;                // Y: what is added to the release, and then the least goes first
   std::int64_t priority = 0;     // a larger one is more urgent

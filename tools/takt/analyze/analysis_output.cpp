@@ -85,21 +85,27 @@ json assumption_json(const Assumption& assumption) {
           {"accepted", text(assumption.accepted)}};
 }
 
+json chain_bound_json(const AnalyzedFile& file, std::size_t index) {
+  const SystemModel::Chain& chain = file.model.chains[index];
+  const ModelBounds::Chain& bound = file.bounds.chains[index];
+  return {{"name", chain.name},
+          {"deadline_us",
+           chain.deadline == Nanoseconds::zero() ? json() : json(rt::us(chain.deadline))},
+          {"bound_us", bound.bound ? json(rt::us(*bound.bound)) : json()},
+          {"verdict", to_string(verdict(chain, bound))}};
+}
+
 json chain_json(const AnalyzedFile& file, std::size_t index) {
   const SystemModel::Chain& chain = file.model.chains[index];
   const ModelBounds::Chain& bound = file.bounds.chains[index];
-  json result{{"name", chain.name},
-              {"deadline_us",
-               chain.deadline == Nanoseconds::zero() ? json() : json(rt::us(chain.deadline))},
-              {"observed_us", observed_json(file.observed(chain))},
-              {"bound_us", bound.bound ? json(rt::us(*bound.bound)) : json()},
-              {"verdict", to_string(verdict(chain, bound))},
-              {"reason", bound.why_not.empty() ? json() : json(bound.why_not)},
-              {"covers_one_of", bound.bound && bound.one_of != 0 ? json(bound.one_of) : json()},
-              {"losses", bound.why_lossy.empty() ? json() : json(bound.why_lossy)},
-              {"assumptions", json::array()},
-              {"missing", json::array()},
-              {"segments", json::array()}};
+  json result = chain_bound_json(file, index);
+  result.update({{"observed_us", observed_json(file.observed(chain))},
+                 {"reason", bound.why_not.empty() ? json() : json(bound.why_not)},
+                 {"covers_one_of", bound.bound && bound.one_of != 0 ? json(bound.one_of) : json()},
+                 {"losses", bound.why_lossy.empty() ? json() : json(bound.why_lossy)},
+                 {"assumptions", json::array()},
+                 {"missing", json::array()},
+                 {"segments", json::array()}});
   for (const Assumption& assumption : chain.assumptions) {
     result["assumptions"].push_back(assumption_json(assumption));
   }
@@ -276,6 +282,17 @@ json analysis_json(const AnalyzedFile& file) {
           {"chains", std::move(chains)},
           {"callbacks", std::move(callbacks)},
           {"assumptions", std::move(assumptions)}};
+}
+
+json bounds_json(const AnalyzedFile& file) {
+  json chains = json::array();
+  bool is_schedulable = !file.model.chains.empty();
+  for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
+    const auto& bound = file.bounds.chains[i].bound;
+    is_schedulable &= bound && *bound <= file.model.chains[i].deadline;
+    chains.push_back(chain_bound_json(file, i));
+  }
+  return {{"chains", std::move(chains)}, {"is_schedulable", is_schedulable}};
 }
 
 void print_analysis(const AnalyzedFile& file) {

@@ -212,10 +212,14 @@ auto stand_ins(AnalyzedFile& file, const nlohmann::json& nodes) {
 }  // namespace
 
 AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options) {
-  AnalyzedFile file{.system = read_system(path, options.settings)};
+  return analyze_system(read_system(path, options.settings), options);
+}
+
+AnalyzedFile analyze_system(SystemDescription system, const AnalyzeOptions& options) {
+  AnalyzedFile file{.system = std::move(system)};
   const std::string& model = options.model.empty() ? file.system.model : options.model;
   if (!model.empty()) file.measured = read_measured_model(model);
-  file.machine = facts_of_machine(file.system);
+  if (options.is_for_here) file.machine = facts_of_machine(file.system);
   if (options.measures_overheads) measure_overheads(file.system.machine, file.machine);
   ContainerOverrides overrides = options.overrides;
   overrides.on_making = reports_exit().on_making;

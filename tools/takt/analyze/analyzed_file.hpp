@@ -43,10 +43,13 @@ struct AnalyzeOptions {
   Settings settings;             // instead of what the file says
   nlohmann::json nodes;          // of nodes_of_program; null: the file has components
   bool measures_overheads = false;
+  bool is_for_here = true;  // otherwise nothing is read of this machine
 };
 
 /// Throws Error for a bad file.
 AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options);
+/// The same of what was read. Its settings are not looked at.
+AnalyzedFile analyze_system(SystemDescription system, const AnalyzeOptions& options);
 
 /// Why a chain is not guaranteed, after its name: "may take 12.000 ms, its deadline is 10.000 ms".
 std::string why_not_guaranteed(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
@@ -54,6 +57,8 @@ std::string why_not_guaranteed(const SystemModel::Chain& chain, const ModelBound
 std::string rests_on(const AnalyzedFile& file, const std::vector<std::size_t>& callbacks);
 
 nlohmann::json analysis_json(const AnalyzedFile& file);
+/// In short: each chain's bound, deadline and verdict.
+nlohmann::json bounds_json(const AnalyzedFile& file);
 void print_analysis(const AnalyzedFile& file);
 /// How the bound of a chain comes about. Throws Error if there is no such chain.
 void print_explanation(const AnalyzedFile& file, const std::string& chain);

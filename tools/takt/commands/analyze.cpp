@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/time.hpp"
+#include "takt/containers/configuration/system_reader.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
 #include "takt/measuring/run.hpp"
@@ -14,6 +15,7 @@
 #include "outputs.hpp"
 #include "prompt/values.hpp"
 #include "report.hpp"
+#include "rta/json_lines.hpp"
 #include "run/live_line.hpp"
 #include "run/program.hpp"
 #include "run/result_json.hpp"
@@ -26,7 +28,7 @@ using nlohmann::json;
 
 struct Options {
   std::string file, explained, sweep, report, json, suggest, overheads, placement = "file";
-  bool allows_unbounded = false;
+  bool allows_unbounded = false, lines = false;
   AnalyzeOptions how;
 };
 
@@ -66,9 +68,23 @@ json print_suggestions(const AnalyzedFile& file, Nanoseconds most, bool prints) 
   return result;
 }
 
+// Thousands of systems are a study, and not what will run here.
+void analyze_lines(AnalyzeOptions how) {
+  how.is_for_here = false;
+  const auto answer = [&](document::Value& value, document::Errors& errors, json& result) {
+    SystemDescription system = read_configuration(value, errors);
+    errors.throw_if_any();
+    system.file = errors.file();
+    result.update(bounds_json(analyze_system(std::move(system), how)));
+  };
+  answer_lines("systems", answer);
+}
+
 void run(Options options) {
   options.how.overrides.placement = parse_placement(options.placement);
   options.how.measures_overheads = !options.overheads.empty();
+  if (options.lines) return analyze_lines(options.how);
+  if (options.file.empty()) throw CLI::RequiredError("FILE");
   if (!options.report.empty()) check_report(options.report);
   if (!program_words().empty()) {
     read_system(options.file, options.how.settings);  // its errors are not the program's
@@ -106,10 +122,10 @@ void run(Options options) {
 
 void set_up(CLI::App* command) {
   const auto options = std::make_shared<Options>();
-  command
-      ->add_option("FILE", options->file,
-                   "A configuration file; its components are constructed, but do not run")
-      ->required();
+  command->add_option(
+      "FILE", options->file,
+      "A configuration file (needed without --lines); its components are constructed, but do not "
+      "run");
   command->add_option("--model", options->how.model,
                       "A file of `takt model`, with measured execution times and arrivals");
   command->add_option("--executor", options->how.overrides.executor,
@@ -135,6 +151,13 @@ void set_up(CLI::App* command) {
                     "Exit 0 unless a run has missed a deadline, or taken longer than its bound");
   add_output(*command, "--report", options->report, "Also write an HTML page with a figure");
   add_output(*command, "--json", options->json, "Also write the results as JSON; - for stdout");
+  auto* const lines = command->add_flag(
+      "--lines", options->lines,
+      "Each line of stdin is a file as JSON, also with an id; a line of JSON for each");
+  for (const char* of_one : {"FILE", "--model", "--overheads", "--explain", "--sweep", "--suggest",
+                             "--allow-unbounded", "--report", "--json"}) {
+    lines->excludes(command->get_option(of_one));
+  }
   command->footer(
       "Exit 0: there are chains, and each has a deadline and meets it for sure: `guaranteed`.\n"
       "With -- PROGRAM [ARGUMENT]... FILE is the TAKT_CONFIG of a program written for rclcpp, "
@@ -145,7 +168,8 @@ void set_up(CLI::App* command) {
       "  takt analyze robot.yaml --model robot.model.yaml --report robot.html\n"
       "  takt analyze robot.yaml --explain sense_to_act\n"
       "  takt analyze robot.yaml --sweep threads.control.runtime=1ms..9ms\n"
-      "  takt analyze robot.yaml -- takt ros2 run my_package my_program\n");
+      "  takt analyze robot.yaml -- takt ros2 run my_package my_program\n"
+      "  takt random --seed 1 --lines 1000 | takt analyze --lines > systems.jsonl\n");
   command->callback([options] { run(*options); });
 }
 const Command registered("analyze", "Bounds the latency of each chain of a file, and says why",

@@ -1,16 +1,13 @@
 // takt rta: analyses of textbooks and papers on bare task sets.
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-#include <iostream>
-
 #include <fmt/format.h>
 
 #include "takt/containers/configuration/document.hpp"
-#include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
 #include "outputs.hpp"
+#include "rta/json_lines.hpp"
 #include "rta/task_set_file.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
@@ -28,20 +25,6 @@ struct Options {
   std::string file = "-", json_path;
   bool lines = false;
 };
-
-// Limit: bytes of a task set on stdin. At it: it is refused. Seen: the error.
-constexpr std::size_t kMostBytes = 4 << 20;
-
-/// Of stdin, which may have no end.
-std::string read_stdin(document::Errors& errors) {
-  std::string text(kMostBytes + 1, ' ');
-  std::cin.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(std::cin.gcount()));
-  if (text.size() > kMostBytes) {
-    errors.fail(1, fmt::format("the input has more than {} bytes", kMostBytes), "give fewer tasks");
-  }
-  return text;
-}
 
 TaskSet read(const std::string& file, const std::string& name) {
   document::Errors errors(file == "-" ? "stdin" : file);
@@ -115,34 +98,6 @@ json to_json(const TaskSet& set, const Result& result, const std::string& name) 
 
 // ---- Many sets, a line each ----
 
-/// The next line of stdin, without its end.
-bool read_line(std::string& line, const document::Errors& errors) {
-  line.clear();
-  for (int next = std::cin.get(); next != std::istream::traits_type::eof(); next = std::cin.get()) {
-    if (next == '\n') return true;
-    if (line.size() == kMostBytes) {
-      errors.fail(1, fmt::format("the line has more than {} bytes", kMostBytes),
-                  "give fewer tasks");
-    }
-    line.push_back(static_cast<char>(next));
-  }
-  return !line.empty();
-}
-
-/// What only the result has again, and no analysis reads.
-void move_to(json& result, document::Value& set, const char* key) {
-  auto* const map = std::get_if<document::Map>(&set.content);
-  if (map == nullptr) return;
-  const auto found =
-      std::find_if(map->values.begin(), map->values.end(),
-                   [key](const document::Value& value) { return value.name == key; });
-  if (found == map->values.end()) return;
-  if (const auto* text = std::get_if<std::string>(&found->content)) result[key] = *text;
-  if (const auto* whole = std::get_if<std::int64_t>(&found->content)) result[key] = *whole;
-  if (const auto* real = std::get_if<double>(&found->content)) result[key] = *real;
-  map->values.erase(found);
-}
-
 /// Whether each task has a bound, within its deadline if it has one.
 bool is_schedulable(const TaskSet& set, const Result& result) {
   if (result.is_schedulable) return *result.is_schedulable;
@@ -154,43 +109,21 @@ bool is_schedulable(const TaskSet& set, const Result& result) {
   return true;
 }
 
-json result_of_line(const std::string& name, const std::string& line, std::size_t number) {
-  json found{{"id", number}};
-  document::Errors errors(fmt::format("stdin:{}", number));
-  document::Value value = document::parse_json(line, errors);
-  errors.throw_if_any();
-  move_to(found, value, "id");
-  move_to(found, value, "utilisation");
-  const TaskSet set = read_task_set(value, name, errors);
-  try {
-    const Result result = textbook::analyse(name, set);
-    found["is_schedulable"] = is_schedulable(set, result);
-    for (const Response& response : result.responses) {
-      found["R"].push_back(has(response) ? json(response.bound) : json());
-    }
-  } catch (const Error& error) {  // the tasks want more than there is
-    found["is_schedulable"] = false;
-    found["why_not"] = error.what();
-  }
-  return found;
-}
-
 void rta_lines(const std::string& name) {
-  std::string line;
-  std::size_t number = 0, refused = 0;
-  while (read_line(line, document::Errors(fmt::format("stdin:{}", number + 1)))) {
-    ++number;
+  answer_lines("task sets", [&](document::Value& value, document::Errors& errors, json& result) {
+    const TaskSet set = read_task_set(value, name, errors);
     try {
-      rt::print("{}\n", rt::json_text(result_of_line(name, line, number)));
-    } catch (const ConfigurationError& error) {  // those of other people's sets do not end the rest
-      ++refused;
-      rt::to_stderr("{}\n", error.what());
+      const Result found = textbook::analyse(name, set);
+      result["is_schedulable"] = is_schedulable(set, found);
+      for (const Response& response : found.responses) {
+        result["R"].push_back(has(response) ? json(response.bound) : json());
+        if (!response.why_not.empty()) result.emplace("why_not", response.why_not);
+      }
+    } catch (const Error& error) {  // the tasks want more than there is
+      result["is_schedulable"] = false;
+      result["why_not"] = error.what();
     }
-  }
-  if (refused != 0) {
-    throw Error(fmt::format("{} of {} lines are no task sets", refused, number),
-                "see the messages above");
-  }
+  });
 }
 
 Result result_of_file(const std::string& name, const TaskSet& set, const std::string& file) {

@@ -3,6 +3,7 @@
 #ifndef TAKT_TOOLS_TAKT_RANDOM_DICE_HPP_
 #define TAKT_TOOLS_TAKT_RANDOM_DICE_HPP_
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -55,7 +56,56 @@ class Dice {
     return result;
   }
 
+  /// The same where none is above 1, of a sum up to `count`: RandFixedSum (Emberson, Stafford,
+  /// Davis, "Techniques For The Synthesis Of Multiprocessor Tasksets", WATERS 2010). Sets of shares
+  /// are a polytope, which consists of simplices of several kinds: it walks to one, as often as its
+  /// volume says, and draws a point of it.
+  std::vector<double> shares_up_to_one(std::size_t count, double sum) {
+    if (sum <= 1) return shares(count, sum);
+    const auto floor = std::min(static_cast<std::size_t>(sum), count - 1);
+    // turns[i][j]: how probably the last step to a simplex of i + 2 shares goes up, of j ones.
+    std::vector<std::vector<double>> turns;
+    std::vector<double> volumes(count + 1, 0);
+    volumes[1] = 1;
+    for (std::size_t size = 2; size <= count; ++size) {
+      std::vector<double> next(count + 1, 0), turn(size, 0);
+      for (std::size_t j = 1; j <= size; ++j) {
+        const double above = sum + static_cast<double>(j) - 1 - static_cast<double>(floor);
+        const double below = static_cast<double>(floor + 1 + size - j) - sum;
+        const double up = volumes[j] * above, down = volumes[j - 1] * below;
+        next[j] = up + down;
+        if (next[j] > 0) turn[j - 1] = below > above ? down / next[j] : 1 - up / next[j];
+      }
+      const double largest = *std::max_element(next.begin(), next.end());
+      for (double& volume : next) volume /= largest;  // only ratios count
+      turns.push_back(std::move(turn));
+      volumes = std::move(next);
+    }
+    return point_of(turns, sum, floor);
+  }
+
  private:
+  std::vector<double> point_of(const std::vector<std::vector<double>>& turns, double sum,
+                               std::size_t floor) {
+    std::vector<double> result;
+    double reached = 0, scale = 1;
+    for (std::size_t left = turns.size(); left > 0; --left) {
+      const bool goes_up = below_one() <= turns[left - 1][floor];
+      const double part = std::pow(below_one(), 1.0 / static_cast<double>(left));
+      reached += (1 - part) * scale * sum / static_cast<double>(left + 1);
+      scale *= part;
+      result.push_back(reached + (goes_up ? scale : 0));
+      if (!goes_up) continue;
+      sum -= 1;
+      if (floor > 0) --floor;
+    }
+    result.push_back(reached + scale * sum);
+    for (std::size_t i = result.size(); i > 1; --i) {
+      std::swap(result[i - 1], result[between(0, i - 1)]);
+    }
+    return result;
+  }
+
   std::mt19937_64 random_;
 };
 

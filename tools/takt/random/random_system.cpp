@@ -48,9 +48,9 @@ struct Chain {
   microseconds deadline{0};
 };
 
-class RandomSystem {
+class SystemDrawing {
  public:
-  explicit RandomSystem(const RandomOptions& options) : options_(options), dice_(options.seed) {
+  explicit SystemDrawing(const RandomOptions& options) : options_(options), dice_(options.seed) {
     const std::size_t chains = dice_.between(1, 6);
     const std::size_t executors = dice_.between(1, std::min<std::size_t>(chains, 4));
     are_reserved_ = dice_.has(15);
@@ -63,6 +63,7 @@ class RandomSystem {
   }
 
   ordered_json document() const;
+  double utilisation() const { return utilisation_; }
 
  private:
   void add_executor(std::size_t count);
@@ -76,13 +77,14 @@ class RandomSystem {
   Dice dice_;
   bool are_reserved_ = false;            // all of them
   bool are_urgencies_distinct_ = false;  // of the threads
-  bool has_short_periods_ = false;       // then a run of 200 ms has seen all there is
+  double utilisation_ = 0;
+  bool has_short_periods_ = false;  // then a run of 200 ms has seen all there is
   std::vector<Executor> executors_;
   std::vector<Callback> callbacks_;
   std::vector<Chain> chains_;
 };
 
-void RandomSystem::add_executor(std::size_t count) {
+void SystemDrawing::add_executor(std::size_t count) {
   Executor executor{.type = dice_.one_of(options_.executors),
                     .scheduler = dice_.one_of(options_.schedulers)};
   const ExecutorTraits traits = takt::executors().traits(executor.type);
@@ -108,7 +110,7 @@ void RandomSystem::add_executor(std::size_t count) {
   executors_.push_back(std::move(executor));
 }
 
-void RandomSystem::add_chain() {
+void SystemDrawing::add_chain() {
   Chain chain;
   if (!chains_.empty() && dice_.has(50)) {
     const std::vector<std::size_t>& other = dice_.one_of(chains_).path;
@@ -138,7 +140,7 @@ void RandomSystem::add_chain() {
 
 // Utilisations as UUniFast draws them: Bini, Buttazzo, "Measuring the Performance of Schedulability
 // Tests", 2005.
-void RandomSystem::set_works(std::size_t executor) {
+void SystemDrawing::set_works(std::size_t executor) {
   double left = 0;
   for (const Thread& thread : executors_[executor].threads) {
     if (!thread.cpu) {
@@ -153,7 +155,9 @@ void RandomSystem::set_works(std::size_t executor) {
     }
     left += 1.0 / static_cast<double>(sharers);
   }
-  left *= dice_.one_of(std::array{0.3, 0.5, 0.7, 0.9, 0.97, 1.3});
+  const double utilisation = dice_.one_of(std::array{0.3, 0.5, 0.7, 0.9, 0.97, 1.3});
+  utilisation_ = std::max(utilisation_, utilisation);
+  left *= utilisation;
   std::vector<Callback*> mine;
   for (Callback& callback : callbacks_) {
     if (callback.executor == executor) mine.push_back(&callback);
@@ -165,7 +169,7 @@ void RandomSystem::set_works(std::size_t executor) {
   }
 }
 
-void RandomSystem::set_priorities() {
+void SystemDrawing::set_priorities() {
   const auto draw_deadline = [this](microseconds period) {
     return dice_.one_of(std::array{period / 2, period, 2 * period});
   };
@@ -197,12 +201,12 @@ std::string topic_of(std::size_t callback) {
   return fmt::format("topic_{}", callback + 1);
 }
 
-std::string RandomSystem::name_of(std::size_t callback) const {
+std::string SystemDrawing::name_of(std::size_t callback) const {
   const auto& sender = callbacks_[callback].sender;
   return sender ? topic_of(*sender) : topic_of(callback) + "_timer";
 }
 
-ordered_json RandomSystem::component(std::size_t index) const {
+ordered_json SystemDrawing::component(std::size_t index) const {
   const Callback& callback = callbacks_[index];
   ordered_json entities;
   if (!callback.sender) {
@@ -238,7 +242,7 @@ ordered_json described(const Thread& thread) {
   return {{"policy", "SCHED_FIFO"}, {"priority", thread.priority}, {"affinity", {*thread.cpu}}};
 }
 
-ordered_json RandomSystem::document() const {
+ordered_json SystemDrawing::document() const {
   ordered_json threads, executors, components, chains;
   for (const Executor& executor : executors_) {
     const std::string name = fmt::format("executor_{}", executors.size() + 1);
@@ -271,8 +275,9 @@ ordered_json RandomSystem::document() const {
 
 }  // namespace
 
-ordered_json random_system(const RandomOptions& options) {
-  return RandomSystem(options).document();
+RandomSystem random_system(const RandomOptions& options) {
+  const SystemDrawing drawing(options);
+  return {drawing.document(), drawing.utilisation()};
 }
 
 }  // namespace takt::tools

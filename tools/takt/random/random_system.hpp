@@ -17,12 +17,17 @@ struct RandomOptions {
   std::vector<int> cpus;                           // for the threads
 };
 
-/// A document for yaml_file(). The same options give the same one.
+struct RandomSystem {
+  nlohmann::ordered_json document;  // for yaml_file()
+  double utilisation = 0;           // of the executor that has most to do, of its part of the CPUs
+};
+
+/// The same options give the same one.
 ///
 /// testing/random_system.hpp makes other systems, for the proofs of analysis/: of few integers, so
 /// that coincidences occur; with joins and messages from outside; without names. What it draws
 /// must not change, as tests keep its seeds.
-nlohmann::ordered_json random_system(const RandomOptions& options);
+RandomSystem random_system(const RandomOptions& options);
 
 }  // namespace takt::tools
 

@@ -159,7 +159,9 @@ class TaskSetReader {
     const std::string& name = value.name;
     if (name == "name") task.name = word(value, {});
     if (name == "C") task.execution = task.last = number(value, 1);
+    if (name == "C_min") task.shortest = number(value, 0);
     if (name == "T") task.period = number(value, 1);
+    if (name == "O") task.offset = number(value, 0);
     if (name == "J") task.jitter = number(value, 0);
     if (name == "D") task.deadline = number(value, 1);
     if (name == "Y") task.point = number(value, 0);

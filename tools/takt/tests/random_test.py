@@ -7,6 +7,7 @@ usage: random_test.py TAKT
 import collections
 import json
 import os
+import random
 import re
 import subprocess
 import sys
@@ -44,13 +45,31 @@ with tempfile.TemporaryDirectory() as folder:
     status, output, errors = run("check", *paths)
     check("all are valid", status == 0 and output.count(": valid: ") == len(paths), output, errors)
 
-    verdicts = collections.Counter()
-    for path, text in zip(paths, texts):
+    verdicts, bounds = collections.Counter(), {}
+    for seed, path, text in zip(SEEDS, paths, texts):
         status, output, errors = run("analyze", path, "--json", "-")
         chains = json.loads(output)["chains"] if status in (0, 1) else []
+        bounds[seed] = {chain["name"]: chain["bound_us"] for chain in chains}
         check(f"{os.path.basename(path)} can be analysed", len(chains) == text.count("name: chain_"), status, errors)
         verdicts.update(chain["verdict"] for chain in chains)
     check("each verdict occurs", set(verdicts) == {"bounded if", "not shown", "may lose some", "no bound"}, verdicts)
+
+    status, lines, errors = run("random", "--seed", "1", "--lines", str(len(SEEDS)))
+    check("the same systems as lines", status == 0 and [json.loads(line)["id"] for line in lines.splitlines()] == list(SEEDS), errors)
+    shown = subprocess.run([takt, "analyze", "--lines"], env=environment, input=lines + '{"container": 1}\n' + lines.splitlines()[0],
+                           text=True, capture_output=True, timeout=120)
+    results = [json.loads(line) for line in shown.stdout.splitlines()]
+    check("a line that is no file ends no other", shown.returncode == 2 and len(results) == len(SEEDS) + 1 and
+          f"stdin:{len(SEEDS) + 1}:1" in shown.stderr and "1 of 32 lines are no systems" in shown.stderr, shown.stderr)
+    check("lines have the bounds of the files", bounds == {
+        result["id"]: {chain["name"]: chain["bound_us"] for chain in result["chains"]} for result in results}, bounds, results)
+    check("schedulable is where each chain has a bound up to its deadline", all(result["is_schedulable"] == all(
+        chain["bound_us"] is not None and chain["bound_us"] <= chain["deadline_us"] for chain in result["chains"])
+        for result in results) and {result["is_schedulable"] for result in results} == {True, False})
+    check("a system says its utilisation", {result["utilisation"] for result in results} <= {0.3, 0.5, 0.7, 0.9, 0.97, 1.3})
+    for words, text in [((paths[0], "--lines"), "--lines"), (("--lines", "--json", "-"), "--lines"), ((), "FILE")]:
+        status, output, errors = run("analyze", *words)
+        check(f"analyze {' '.join(words)}", status == 2 and output == "" and text in errors, status, output, errors)
 
     all_texts = "\n".join(texts)
     check("the periods are those of cars",
@@ -99,7 +118,23 @@ results = [json.loads(line) for line in shown.stdout.splitlines()]
 check("the analysis reads them", shown.returncode == 0 and [(each["id"], each["utilisation"]) for each in results] ==
       [(each["id"], each["utilisation"]) for each in sets], shown.stderr)
 check("some of them are schedulable", 0 < sum(each["is_schedulable"] for each in results) < 300)
-for what, words, text in [("chains", ["cil_edf_constrained"], "no task sets are drawn for 'cil_edf_constrained'"),
+status, output, errors = run("random", "tasks", "g_fp", "--processors", "4", "--tasks", "4", "--sets", "4000", "--least", "2.5", "--most", "2.5")
+drawn = [sorted(task["C"] / task["T"] for task in json.loads(line)["tasks"]) for line in output.splitlines()]
+check("sets for several processors", status == 0 and json.loads(output.splitlines()[0])["m"] == 4 and len(drawn) == 4000 and all(
+    abs(sum(shares) - 2.5) < 0.003 and shares[-1] <= 1 for shares in drawn), errors)
+# Uniform: as what is drawn without the limit, and kept if it is within.
+dice, expected = random.Random(1), []
+while len(expected) < 4000:
+    cuts = sorted(dice.random() * 2.5 for _ in range(3))
+    shares = sorted(b - a for a, b in zip([0, *cuts], [*cuts, 2.5]))
+    if shares[-1] <= 1:
+        expected.append(shares)
+means = [[sum(shares[i] for shares in sets) / 4000 for i in range(4)] for sets in (drawn, expected)]
+check("each as likely as another", all(abs(a - b) < 0.015 for a, b in zip(*means)), means)
+
+for what, words, text in [("too much for the processors", ["g_fp", "--most", "1.5"], "--most 1.5 is above 1"),
+                          ("several where the method has one", ["fp", "--processors", "2"], "for several processors"),
+                          ("chains", ["cil_edf_constrained"], "no task sets are drawn for 'cil_edf_constrained'"),
                           ("a wrong method", ["npfp"], "did you mean 'np_fp'?"),
                           ("a range that is none", ["fp", "--least", "0.9", "--most", "0.2"], "exchange them")]:
     status, output, errors = run("random", "tasks", *words)

@@ -88,12 +88,17 @@ fails("a file has no place beside it", ["np_fp", "tasks.json", "--lines"], "", "
 # ---- The page's commands, with fewer sets ----
 page = pathlib.Path(__file__).resolve().parents[3].joinpath("docs/how_to/compare_schedulability.md").read_text()
 commands = "\n".join(line[4:] for line in page.splitlines() if line.startswith("    "))
+commands = commands.replace("--sets 2000", "--sets 100").replace("--tasks 12", "--tasks 12 --sets 50").replace("--lines 1000", "--lines 50")
 with tempfile.TemporaryDirectory() as folder:
-    subprocess.run(["bash", "-c", commands.replace("--sets 2000", "--sets 100")], cwd=folder, timeout=120, check=False,
+    subprocess.run(["bash", "-c", commands], cwd=folder, timeout=120, check=False,
                    capture_output=True, env=environment | {"PATH": os.path.dirname(takt) + ":" + os.environ["PATH"]})
     rows = list(csv.DictReader(pathlib.Path(folder, "shares.csv").open()))
+    counts = {name: len(pathlib.Path(folder, name + ".jsonl").read_text().splitlines())
+              for name in ("g_edf", "fifo", "fixed_priority", "edf")}
 check("the page's commands give shares by method and utilisation",
       {row["method"] for row in rows} == {"fp", "np_fp", "np_edf"} and sum(int(row["sets"]) for row in rows) == 300, rows)
+check("and answers for several processors, and for whole systems under each scheduler",
+      counts == {"g_edf": 50, "fifo": 50, "fixed_priority": 50, "edf": 50}, counts)
 light = [float(row["share"]) for row in rows if row["method"] == "fp" and float(row["utilisation"]) < 0.5]
 check("preemptive fixed priorities serve light sets", light and min(light) == 1, rows)
 finish()
