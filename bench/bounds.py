@@ -61,11 +61,11 @@ def measure_one(takt, file):
 
 
 def measure_tightness(analysis_test):
-    """Of random systems, the longest response simulated ÷ the least bound: method and threads → number, median, tenth."""
+    """Of random systems, the longest response simulated ÷ the least bound: method and threads → number, median."""
     done = subprocess.run([analysis_test, "--gtest_filter=RandomSystems.TightnessOfBounds"], stdout=subprocess.PIPE, text=True,
                           env=os.environ | {"TAKT_TIGHTNESS_RUNS": str(SIMULATIONS - 3)}, check=True)
-    rows = re.findall(r"^tightness: (\w+) (one|several) (\d+) (\S+) (\S+)$", done.stdout, flags=re.MULTILINE)
-    return {f"{method} {threads}": [int(count), float(median), float(tenth)] for method, threads, count, median, tenth in rows}
+    rows = re.findall(r"^tightness: (\w+) (one|several) (\d+) (\S+)$", done.stdout, flags=re.MULTILINE)
+    return {f"{method} {threads}": [int(count), float(median)] for method, threads, count, median in rows}
 
 
 def measure(takt, root):
@@ -134,10 +134,10 @@ def without_bound(analyses):
 def tightness_rows(document):
     before = document.get("tightness_before", {})
     rows = []
-    for name, (count, median, tenth) in sorted(document["tightness"].items(), key=lambda row: -row[1][0]):
+    for name, (count, median) in sorted(document["tightness"].items(), key=lambda row: -row[1][0]):
         method, threads = name.split()
         was = before.get(name)
-        rows.append([f"`{method}`" if method != "all" else method, threads, count, f"{was[1]:.2f}" if was else "-", f"{median:.2f}", f"{tenth:.2f}",
+        rows.append([f"`{method}`" if method != "all" else method, threads, count, f"{was[1]:.2f}" if was else "-", f"{median:.2f}",
                      f"{GOALS[name]:.2f}" if name in GOALS else "-"])
     return rows
 
@@ -160,9 +160,9 @@ def section(document, table):
             "## Random systems\n\n"
             f"The longest response ÷ the least bound, of the callbacks of 3,000 random systems (seeds 1 to 3000 of "
             f"`testing/random_system.hpp`), simulated {SIMULATIONS} times each by `testing/oracle.hpp`, which knows nothing of the "
-            "analysis. A simulation seldom meets the worst case, so a bound is tighter than its figure. No response was above its bound. "
+            "analysis: of the callbacks that a method bounds best, the median. A simulation seldom meets the worst case, so a bound is tighter than its figure. No response was above its bound. "
             "Before: at commit bb582156, where the method `pools` stood for `workload`.",
-            table(["method", "threads", "callbacks that it bounds best", "median before", "median", "a tenth is below", "goal"],
+            table(["method", "threads", "callbacks", "median before", "median", "goal"],
                   tightness_rows(document))]
     missing = without_bound(analyses)
     return "\n\n".join(parts + ([f"Without a bound:\n\n{missing}"] if missing else []))

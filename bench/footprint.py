@@ -7,11 +7,13 @@ import contextlib
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
 import time
 
+PROGRAMS = ("takt", "footprint_nodes", "footprint_cyclone")
 SETTLED_S = 4  # discovery is over, and what was taken for the start is given back
 IDLE_S = 20
 # What Takt says to Cyclone, as far as it changes its memory.
@@ -63,6 +65,17 @@ def datagrams_sent():
     return int(values[names.index("OutDatagrams")])
 
 
+def copy_of_libraries(programs, folder):
+    """Pages of a library that other processes have, too, count as a part: so these have files of their own."""
+    folder.mkdir()
+    for program in programs:
+        listed = subprocess.run(["ldd", program], stdout=subprocess.PIPE, text=True, check=True).stdout
+        for line in listed.splitlines():
+            if " => /" in line:
+                shutil.copy(line.split()[2], folder)
+    os.environ["LD_LIBRARY_PATH"] = str(folder)
+
+
 @contextlib.contextmanager
 def running(commands, environment):
     """All processes of the commands."""
@@ -100,7 +113,7 @@ def idle_of(commands, environment):
 
 def rows(binaries, folder, reference):
     """Name → (commands, environment)."""
-    takt, nodes, cyclone = (binaries / name for name in ("takt", "footprint_nodes", "footprint_cyclone"))
+    takt, nodes, cyclone = (binaries / name for name in PROGRAMS)
     alone = {"CYCLONEDDS_URI": CYCLONE}
 
     def container(count, composition="single"):
@@ -149,7 +162,8 @@ def section(document, table):
     rows = [[name, before["memory_mb"].get(name, "–"), mb] for name, mb in now["memory_mb"].items()]
     idle = [[name, *(f"{before['idle'][name][key]:.{digits}f} → {row[key]:.{digits}f}" if name in before["idle"] else f"{row[key]:.{digits}f}"
                      for key, digits in (("wakes", 1), ("datagrams", 0), ("cpu_percent", 2)))] for name, row in now["idle"].items()]
-    return ("## Memory\n\nPSS in MB, of all processes of a row, four seconds after their start.\n\n" +
+    return ("## Memory\n\nPSS in MB, of all processes of a row, four seconds after their start. Nobody else uses "
+            "their libraries: all of these count.\n\n" +
             table(["row", "before", "now"], rows) +
             "\n\nA node of the layer is one of a program for rclcpp, with its parameter services, `/rosout` and `/parameter_events`: "
             "sixteen endpoints. `Cyclone alone` has as many endpoints and no Takt.\n\n## Idle\n\nOf all processes of a row, a second; CPU in % "
@@ -160,6 +174,7 @@ def section(document, table):
 
 def measured(binaries, reference, wanted=()):
     with tempfile.TemporaryDirectory() as folder:
+        copy_of_libraries([binaries / name for name in PROGRAMS] + reference.split()[:1], pathlib.Path(folder) / "lib")
         document = {"memory_mb": {}, "idle": {}}
         for name, (commands, environment) in rows(binaries, pathlib.Path(folder), reference).items():
             if not wanted or any(word in name for word in wanted):
