@@ -11,6 +11,7 @@
 #include "takt/base/printable.hpp"
 #include "takt/containers/container_parts.hpp"
 #include "takt/containers/diagnostics.hpp"
+#include "takt/containers/lttng.hpp"
 #include "takt/containers/unloading_threads.hpp"
 #include "takt/containers/watching/bound_watch.hpp"
 #include "takt/executors/latency_slices.hpp"
@@ -54,6 +55,7 @@ Container::Container(const SystemDescription& description, const ContainerOverri
       executors_(std::make_unique<RunningExecutors>()),
       first_callbacks_(std::make_unique<FirstCallbacks>(*this)) {
   shared_.lock()->notes = description.notes;
+  if (!overrides_.only_constructs) note(load_tracepoints_if_asked(&description_));
   if (description_.dds) {
     DdsOptions options = *description_.dds;
     options.realtime = description_.realtime;

@@ -71,6 +71,8 @@ struct ContainerOverrides {
   /// The node of a description without a class, which a program has made; nullptr: not yet, then
   /// the component is left out.
   std::function<std::shared_ptr<Node>(const ComponentDescription&)> find_node;
+  /// Nothing is going to run, so nothing is traced.
+  bool only_constructs = false;
   /// What a component calls to end the container, see NodeOptions.
   std::function<void()> end;
 };
@@ -84,6 +86,7 @@ struct ContainerOverrides {
 /// - `container`, and three `requests`: serve requests, see ComponentManager
 /// - `lifecycle`: brings up and monitors lifecycle nodes, see LifecycleManager
 /// - `loader`: brings down an unloaded component, and waits for its running callbacks
+/// - `lttng`: LTTng's own threads, in a process that it sees
 ///
 /// A component that is part of a chain and names no executor goes to the executor that Takt assigns
 /// to the chain. A thread or an executor in the file with the name of a chain replaces the assigned

@@ -32,6 +32,23 @@ PublisherBase::~PublisherBase() {
   StagedOutputs::forget(writer_);
 }
 
+void PublisherBase::trace_made(const void* node) const {
+  const Tracepoints* const points = tracepoints();
+  if (points == nullptr) return;
+  if (remote_ != nullptr) points->rmw_publisher_init(this, remote_->gid().data());
+  points->rcl_publisher_init(this, node, this, topic().c_str(), qos().depth);
+}
+
+void PublisherBase::trace(const Tracepoints& points, const void* message,
+                          PublishTime& published) const noexcept {
+  if (writer_.reader_count() != 0) points.rclcpp_intra_publish(this, message);
+  if (remote_ == nullptr || remote_->reader_count() == 0) return;
+  if (published.far == WallTime{}) published.far = WallTime::clock::now();
+  points.rclcpp_publish(message);
+  points.rcl_publish(this, message);
+  points.rmw_publish(this, message, Nanoseconds(published.far.time_since_epoch()).count());
+}
+
 bool PublisherBase::is_for_outside_only() const noexcept {
   const Dispatch* dispatch = Dispatch::current();
   return writer_.reader_count() == 0 && (dispatch == nullptr || dispatch->outputs == nullptr);

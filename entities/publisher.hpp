@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "takt/base/tracepoints.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/entities/send.hpp"
@@ -111,6 +112,8 @@ class PublisherBase {
   }
   /// In this process.
   std::size_t local_subscription_count() const noexcept { return writer_.reader_count(); }
+  /// For its node, whose handle that is: it was made.
+  void trace_made(const void* node) const;
 
  protected:
   /// `loans` and `prototype` as in PublisherOptions.
@@ -129,13 +132,20 @@ class PublisherBase {
     return prototype_ != nullptr && is_for_outside_only() ? remote_->lend(prototype_->payload())
                                                           : nullptr;
   }
+  /// Of what is published now; it is known then when that is for others.
+  [[gnu::cold, gnu::noinline]] void trace(const Tracepoints& points, const void* message,
+                                          PublishTime& published) const noexcept;
   PublishTime stamp() const noexcept {
     return {writer_.stamp(), remote_ != nullptr ? remote_->stamp() : WallTime{}};
   }
-  void write_lent(MessageBlock& block, const PublishTime& published) noexcept {
+  void write_lent(MessageBlock& block, PublishTime published) noexcept {
+    if (const Tracepoints* const points = tracepoints()) [[unlikely]]
+      trace(*points, block.payload(), published);
     remote_->write_lent(block, published.far);
   }
-  void send(MessageBlock& block, const PublishTime& published) noexcept {
+  void send(MessageBlock& block, PublishTime published) noexcept {
+    if (const Tracepoints* const points = tracepoints()) [[unlikely]]
+      trace(*points, block.payload(), published);
     const Dispatch* dispatch = Dispatch::current();
     block.envelope.chain_instance = dispatch != nullptr ? dispatch->chain_instance : 0;
     block.envelope.root_release = dispatch != nullptr ? dispatch->root_release : TimePoint{};

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "takt/base/logger.hpp"
+#include "takt/base/tracepoints.hpp"
 
 namespace takt {
 
@@ -119,6 +120,8 @@ void SubscriptionBase::start() {
   if (participant_ == nullptr || !participant_->serves_own_process()) join();
   if (participant_ == nullptr) return;
   own_remote_ = participant_->create_reader(*this);
+  if (const Tracepoints* const points = tracepoints())
+    points->rmw_subscription_init(static_cast<Entity*>(this), own_remote_->gid().data());
   remote_.store(own_remote_.get());
 }
 
@@ -176,9 +179,21 @@ void SubscriptionBase::discard(Slot& slot) noexcept {
 }
 
 // On the way of every message: one function, but for what comes from outside.
+void SubscriptionBase::trace_take(const Tracepoints& points,
+                                  const MessageBlock& message) const noexcept {
+  if (message.origin.writer == 0) return;
+  const auto sent = message.origin.source_time.time_since_epoch();
+  points.rmw_take(static_cast<const Entity*>(this), message.payload(),
+                  std::chrono::duration_cast<Nanoseconds>(sent).count(), 1);
+  points.rcl_take(message.payload());
+  points.rclcpp_take(message.payload());
+}
+
 bool SubscriptionBase::take(Slot& slot) noexcept {
   slot.message = take_message(slot.more);
   if (slot.message == nullptr) return false;
+  if (const Tracepoints* const points = tracepoints()) [[unlikely]]
+    trace_take(*points, *slot.message);
   static_cast<Envelope&>(slot) = slot.message->envelope;
   return true;
 }

@@ -21,6 +21,8 @@
 
 namespace TAKT_PUBLIC takt {
 
+struct Tracepoints;
+
 /// The part of a subscription that does not depend on the message's type.
 /// Thread safety and real-time: as Entity and IntraProcessReader.
 class SubscriptionBase : public Entity, public IntraProcessReader {
@@ -77,6 +79,8 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
     return is_decoded ? message : decode_received(*message);
   }
   [[gnu::noinline]] MessageBlock* decode_received(MessageBlock& received) noexcept;
+  [[gnu::cold, gnu::noinline]] void trace_take(const Tracepoints& points,
+                                               const MessageBlock& message) const noexcept;
   /// The message that these bytes are, or nullptr.
   MessageBlock* decode(std::span<const std::byte> bytes) noexcept;
   /// The remote reader may go meanwhile: a callback may drop what another one answers for.

@@ -15,6 +15,7 @@
 #include "takt/base/held_locks.hpp"
 #include "takt/base/lockfree/sequence.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/entities/traced.hpp"
 #include "takt/executors/engine/observed.hpp"
 #include "takt/executors/engine/past_statistics.hpp"
 #include "takt/executors/watchdog.hpp"
@@ -303,6 +304,7 @@ void CallbackObserver::Thread::State::execute(Callback& callback, Slot& slot, Ti
     times.start = std::max(options.clock->now(), times.picked);
     try {
       detail::expect_no_lock("callback");
+      const TracedCallback traced(*callback.entity, slot);
       callback.entity->execute(slot);
     } catch (...) {
       exception = std::current_exception();

@@ -7,11 +7,14 @@
 #include <fmt/format.h>
 
 #include "takt/base/logger.hpp"
+#include "takt/base/tracepoints.hpp"
 
 namespace takt {
 
 LifecycleNode::LifecycleNode(std::string_view name, const NodeOptions& options)
     : Node(name, options) {
+  if (const Tracepoints* const points = tracepoints())
+    points->rcl_lifecycle_state_machine_init(static_cast<Node*>(this), this);
 }
 
 // ---- Callbacks that the user need not write ----
@@ -115,6 +118,10 @@ CallbackReturn LifecycleNode::go_through(const LifecycleTransition& transition) 
 
 void LifecycleNode::step(const LifecycleTransition& transition) {
   state_.store(transition.goal);
+  if (const Tracepoints* const points = tracepoints()) {
+    points->rcl_lifecycle_transition(this, label(transition.start).data(),
+                                     label(transition.goal).data());
+  }
   // A listener that is notified that the node is active may rely on it.
   if (transition.goal == LifecycleState::active) start_managed();
   std::unique_lock lock(listener_mutex_);

@@ -11,6 +11,8 @@
 
 #include "takt/base/held_locks.hpp"
 #include "takt/base/never_destroyed.hpp"
+#include "takt/base/tracepoints.hpp"
+#include "takt/entities/traced.hpp"
 #include "takt/nodes/node_state.hpp"
 
 namespace takt {
@@ -108,6 +110,10 @@ Node::Node(std::string_view name, const NodeOptions& options)
           std::make_shared<CallbackGroup>("default", CallbackGroupType::MutuallyExclusive)),
       state_(std::make_unique<State>(name_, options)) {
   check_node_name(name_);
+  if (const Tracepoints* const points = tracepoints()) {
+    points->rcl_node_init(this, options_.participant.get(), name_.c_str(),
+                          name_space_.empty() ? "/" : name_space_.c_str());
+  }
   state_->groups.push_back(default_group_);
   declare_use_sim_time();
   if (options_.participant != nullptr) options_.participant->add_node(fully_qualified_name_);
@@ -169,6 +175,7 @@ std::shared_ptr<Entity> Node::adopt_entity(std::shared_ptr<Entity> entity) {
     retiring.retire();
     retiring.retired(std::move(entity));
   });
+  trace_made(*entity, this, fully_qualified_name_);  // before it runs
   add(entity);  // when an executor refuses it, it leaves those that have taken it
   return handle;
 }

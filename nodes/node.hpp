@@ -188,10 +188,12 @@ class Node : public std::enable_shared_from_this<Node> {
   template <Message T>
   [[nodiscard]] std::shared_ptr<Publisher<T>> create_publisher(
       std::string_view topic, const QoS& qos, const PublisherOptions<T>& options = {}) {
-    return std::make_shared<Publisher<T>>(
+    auto publisher = std::make_shared<Publisher<T>>(
         publisher_endpoint(topic, message_type<T>(), qos, options.loans,
                            {options.published_by, options.joins}, options.graph_node),
         clock().real(), options, options_.participant);
+    publisher->trace_made(this);
+    return publisher;
   }
 
   template <Message T, SubscriptionCallback<T> F>

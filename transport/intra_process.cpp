@@ -15,6 +15,7 @@
 #include "takt/base/logger.hpp"
 #include "takt/base/never_destroyed.hpp"
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/probes.hpp"
 #include "takt/transport/local_topics.hpp"
 
 namespace takt {
@@ -341,6 +342,7 @@ void IntraProcessWriter::send_by_policies(MessageBlock& message, TimePoint publi
 [[gnu::always_inline]] inline void IntraProcessWriter::send(MessageBlock& message,
                                                             TimePoint published, std::uint32_t kept,
                                                             ReleasedMessages& released) noexcept {
+  TAKT_PROBE(publish, endpoint_.topic.c_str(), message.payload());
   const ReadSection section;
   const std::span readers(*table_.load());
   if (readers.empty()) {

@@ -416,6 +416,7 @@ constexpr CoverageEntry kTable[] = {
     {"a reserved thread", "loader", kUsed, "see main"},
     {"a reserved thread", "signals", kIrrelevant, "sleeps until the end of the run"},
     {"a reserved thread", "watchdog", kUsed, "see main"},
+    {"a reserved thread", "lttng", kUsed, "see main"},
     // Change
     {"change", "lifecycle transition", kUsed,
      "add_lifecycle_nodes: not covered before it is configured, unless a run was measured; "

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "takt/base/held_locks.hpp"
+#include "takt/base/probes.hpp"
+#include "takt/entities/traced.hpp"
 #include "takt/nodes/chain.hpp"
 #include "takt/nodes/chain_join.hpp"
 
@@ -50,6 +52,7 @@ Dispatcher::Dispatcher(const ExecutorOptions& options, Readiness readiness,
 // What has to wait for the group of the callback that announces needs no other worker: this one
 // looks for it afterwards.
 void Dispatcher::announce(CallbackRecord& record, const Arrival& arrival) noexcept {
+  TAKT_PROBE(release, record.entity.get(), record.entity->name().c_str());
   Worker* const worker = Worker::current();
   const bool is_mine = worker != nullptr && worker->dispatcher == this;
   if (is_mine && !lock().is_shared()) return ready_.announce_from_worker(record, arrival);
@@ -167,6 +170,7 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
 void Dispatcher::call(Execution& execution) noexcept {
   try {
     expect_no_lock("callback");
+    const TracedCallback traced(*execution.record->entity, execution.slot);
     execution.record->entity->execute(execution.slot);
   } catch (...) {
     caught(*execution.record, std::current_exception());

@@ -13,6 +13,7 @@
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/lockfree/sequence.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/base/tracepoints.hpp"
 #include "takt/executors/engine/spin_always.hpp"
 #include "takt/sched/threads/memory_lock.hpp"
 #include "takt/sched/threads/realtime_thread.hpp"
@@ -146,6 +147,7 @@ void DispatchingExecutor::release_timers(bool released) noexcept {
 void DispatchingExecutor::work(Worker& worker) {
   if (worker.index != 0) worker.enter();
   { const ReadSection registers_this_thread; }
+  if (const Tracepoints* const points = tracepoints()) points->thread_begins();
   workers().places().backend_of(worker.index).enter(worker.index, worker.attributes);
   running_[worker.index].store(gettid());
   const RealtimeScope scope;

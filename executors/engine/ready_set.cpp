@@ -4,6 +4,7 @@
 #include <span>
 
 #include "takt/base/lockfree/sequence.hpp"
+#include "takt/base/probes.hpp"
 
 namespace takt::detail {
 
@@ -141,6 +142,7 @@ void ReadySet::release_due_timers() noexcept {
   while (CallbackRecord* const record = timers_.take_due(due)) {
     if (!record->state.make_ready(record->is_announced))
       continue;  // it is in the inbox, and will be set again
+    TAKT_PROBE(release, record->entity.get(), record->entity->name().c_str());
     record->arrived({next_sequence(), due});
     push(*record);
   }

@@ -7,6 +7,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/spin_pause.hpp"
+#include "takt/base/tracepoints.hpp"
 
 namespace takt::detail {
 namespace {
@@ -205,7 +206,13 @@ bool Workers::wait(Worker& worker, TimePoint limit, const FutureState* future) n
   sleepers.begin();
   const bool is_needed = must_look(worker, expected);
   lock_.unlock();
+  if (const Tracepoints* const points = tracepoints()) [[unlikely]] {
+    points->rclcpp_executor_wait_for_work(end == kNever ? -1
+                                                        : (end - ready_.timers().now()).count());
+  }
   sleepers.end(!is_needed && places_.backend_of(worker.index).wait(worker.index, end));
+  if (const Tracepoints* const points = tracepoints()) [[unlikely]]
+    points->rclcpp_executor_get_next_ready();
   lock_.lock();
   set_wait(worker, kNever);
   ready_.timers().read_clock();

@@ -12,6 +12,7 @@
 
 #include "takt/base/printable.hpp"
 #include "takt/base/same_owner.hpp"
+#include "takt/containers/lttng.hpp"
 #include "takt/sched/scheduler.hpp"
 
 #include "description.hpp"
@@ -51,9 +52,9 @@ std::terminate_handler other_handler = nullptr;  // the program's, or the langua
 }
 
 void catch_errors() {
-  constexpr const char* kVariables[] = {"TAKT_EXECUTOR",       "TAKT_PLACEMENT", "TAKT_SCHEDULER",
-                                        "TAKT_CONFIG",         "TAKT_RESULTS",   "TAKT_NODES",
-                                        "TAKT_CONFIG_TEMPLATE"};
+  constexpr const char* kVariables[] = {"TAKT_EXECUTOR",        "TAKT_PLACEMENT", "TAKT_SCHEDULER",
+                                        "TAKT_CONFIG",          "TAKT_RESULTS",   "TAKT_NODES",
+                                        "TAKT_CONFIG_TEMPLATE", "TAKT_LTTNG"};
   const auto is_set = [](const char* name) { return std::getenv(name) != nullptr; };
   if (std::any_of(std::begin(kVariables), std::end(kVariables), is_set)) {
     other_handler = std::set_terminate(end_with_error);
@@ -118,6 +119,8 @@ Program::Program() {
                         path);
     }
   }
+  const std::string refused = takt::load_tracepoints_if_asked(file_ ? &*file_ : nullptr);
+  if (!refused.empty()) print("note", refused);
   if (const std::string path = variable("TAKT_CONFIG_TEMPLATE"); !path.empty()) {
     if (file_) {
       throw takt::Error("a file is in force already", "leave out TAKT_CONFIG",

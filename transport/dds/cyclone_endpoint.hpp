@@ -33,6 +33,8 @@ class CycloneEndpoint {
   CycloneEndpoint& operator=(const CycloneEndpoint&) = delete;
 
   EndpointState state() const {
+    dds_guid_t guid{};
+    dds_get_guid(handle_, &guid);
     return {.topic = endpoint_.topic,
             .type = endpoint_.type->name,
             .is_writer = is_writer_,
@@ -42,7 +44,8 @@ class CycloneEndpoint {
             .transport = is_shared() ? "shared memory" : "UDP: " + why_udp_,
             .uncopied = uncopied_.load(std::memory_order_relaxed),
             .lost = lost_.load(std::memory_order_relaxed),
-            .id = number_};
+            .id = number_,
+            .gid = std::to_array(guid.v)};
   }
   const Endpoint& endpoint() const noexcept { return endpoint_; }
   std::size_t matched() const noexcept {

@@ -186,6 +186,7 @@ class ReaderEnd final : public RemoteReader {
   }
   std::size_t writer_count() const noexcept override { return reader_->matched(); }
   std::uint64_t received() const noexcept override { return reader_->received(); }
+  EndpointId gid() const noexcept override { return reader_->state().gid; }
 
  private:
   std::unique_ptr<CycloneReader> reader_;

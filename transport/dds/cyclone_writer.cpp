@@ -345,6 +345,7 @@ class WriterEnd final : public RemoteWriter {
   bool wait_for_acks(Nanoseconds timeout) noexcept override {
     return writer_->wait_for_acks(timeout);
   }
+  EndpointId gid() const noexcept override { return writer_->state().gid; }
 
  private:
   std::unique_ptr<CycloneWriter> writer_;

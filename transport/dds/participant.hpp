@@ -3,6 +3,7 @@
 #ifndef TAKT_TRANSPORT_DDS_PARTICIPANT_HPP_
 #define TAKT_TRANSPORT_DDS_PARTICIPANT_HPP_
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -71,6 +72,9 @@ struct DdsOptions {
   void check() const;
 };
 
+/// What identifies an endpoint on the domain (DDS: its GUID).
+using EndpointId = std::array<std::uint8_t, 16>;
+
 /// Sends messages to other processes.
 /// Thread safety and real-time: as Participant.
 class RemoteWriter {
@@ -95,6 +99,7 @@ class RemoteWriter {
   virtual void assert_liveliness() noexcept = 0;
   /// Waits until every reliable reader has confirmed all messages. False: it took too long.
   virtual bool wait_for_acks(Nanoseconds timeout) noexcept = 0;
+  virtual EndpointId gid() const noexcept { return {}; }
 };
 
 /// Receives messages from other processes until it is destroyed.
@@ -105,6 +110,7 @@ class RemoteReader {
   virtual std::size_t writer_count() const noexcept = 0;
   /// With those that were overwritten in shared memory before they came here.
   virtual std::uint64_t received() const noexcept = 0;
+  virtual EndpointId gid() const noexcept { return {}; }
 };
 
 /// A message that has come from another process. From shared memory it has a payload, in its chunk
@@ -149,6 +155,7 @@ struct EndpointState {
   std::uint64_t uncopied = 0;  // messages sent or read in shared memory without a copy
   std::uint64_t lost = 0;      // sent: no memory was left; received: overwritten in shared memory
   std::uint64_t id = 0;        // unique in the process
+  EndpointId gid{};
 };
 
 /// Topics have ROS 2's names on the wire: "/scan" is "rt/scan", "sensor_msgs/msg/LaserScan" is

@@ -223,6 +223,7 @@ AnalyzedFile analyze_system(SystemDescription system, const AnalyzeOptions& opti
   if (options.measures_overheads) measure_overheads(file.system.machine, file.machine);
   ContainerOverrides overrides = options.overrides;
   overrides.on_making = reports_exit().on_making;
+  overrides.only_constructs = true;
   if (!options.nodes.is_null()) overrides.find_node = stand_ins(file, options.nodes);
   std::vector<std::shared_ptr<Node>> nodes;
   for (SystemDescription& process : split(file.system, Composition::file)) {

@@ -34,7 +34,8 @@ void at_exit() {
 ContainerOverrides reports_exit() {
   constructed().clear();  // it is there before the handler, which may then use it
   [[maybe_unused]] static const int registered = std::atexit(at_exit);
-  return {.on_making = [](std::string_view component) { constructed() = component; }};
+  return {.on_making = [](std::string_view component) { constructed() = component; },
+          .only_constructs = true};
 }
 
 }  // namespace takt::tools

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/base/tracepoints.hpp"
+
+#include <filesystem>
+#include <mutex>
+#include <string>
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+#include "takt/base/version.hpp"
+
+namespace takt {
+
+constinit std::atomic<const Tracepoints*> detail::loaded_tracepoints{nullptr};
+
+void load_tracepoints() {
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  if (tracepoints() != nullptr) return;
+  Dl_info own{};
+  dladdr(reinterpret_cast<const void*>(&load_tracepoints), &own);
+  const std::filesystem::path library =
+      std::filesystem::path(own.dli_fname).parent_path() / "takt" / "libtakt_lttng.so";
+  void* const handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
+  void* const found = handle != nullptr ? dlsym(handle, "takt_tracepoints") : nullptr;
+  if (found == nullptr) {
+    throw Error(fmt::format("the tracepoints for LTTng cannot be loaded: {}", dlerror()),
+                "install Debian's liblttng-ust-dev and build Takt again, or do not ask for them");
+  }
+  const auto* const table = reinterpret_cast<const Tracepoints* (*)()>(found)();
+  detail::loaded_tracepoints.store(table, std::memory_order_release);
+  table->rcl_init(table, TAKT_VERSION);
+}
+
+}  // namespace takt

@@ -1,0 +1,21 @@
+// Whether LTTng sees this process.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_LTTNG_HPP_
+#define TAKT_CONTAINERS_LTTNG_HPP_
+
+#include <string>
+
+#include "takt/base/visibility.hpp"
+#include "takt/containers/configuration/system_description.hpp"
+
+namespace TAKT_INTERNAL takt {
+
+/// Loads the tracepoints if the system has a thread `lttng`, whose attributes LTTng's threads get,
+/// or the environment says TAKT_LTTNG=1. Before the first node. Returns what Linux refused of the
+/// attributes, or nothing. Throws Error if they cannot be loaded. Thread safety: from any thread.
+/// Real-time: no.
+std::string load_tracepoints_if_asked(const SystemDescription* system);
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_LTTNG_HPP_

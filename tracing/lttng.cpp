@@ -1,0 +1,50 @@
+// The library libtakt_lttng: what Takt does, as ROS 2's tracepoints for LTTng. A process
+// loads it only if somebody asks, see base/tracepoints.hpp.
+// SPDX-License-Identifier: Apache-2.0
+#define LTTNG_UST_TRACEPOINT_CREATE_PROBES
+#define LTTNG_UST_TRACEPOINT_DEFINE
+#include <lttng/ust-thread.h>
+
+#include "takt/base/tracepoints.hpp"
+
+#include "ros2_tracepoints.h"
+
+#define TAKT_EVENT(event) \
+  .event = [](auto... values) { lttng_ust_tracepoint(ros2, event, values...); }
+
+/// What libtakt looks for.
+extern "C" __attribute__((visibility("default"))) const takt::Tracepoints* takt_tracepoints() {
+  static constexpr takt::Tracepoints kTable{
+      .thread_begins = &lttng_ust_init_thread,
+      TAKT_EVENT(rcl_init),
+      TAKT_EVENT(rcl_node_init),
+      TAKT_EVENT(rmw_publisher_init),
+      TAKT_EVENT(rcl_publisher_init),
+      TAKT_EVENT(rclcpp_publish),
+      TAKT_EVENT(rclcpp_intra_publish),
+      TAKT_EVENT(rcl_publish),
+      TAKT_EVENT(rmw_publish),
+      TAKT_EVENT(rmw_subscription_init),
+      TAKT_EVENT(rcl_subscription_init),
+      TAKT_EVENT(rclcpp_subscription_init),
+      TAKT_EVENT(rclcpp_subscription_callback_added),
+      TAKT_EVENT(rmw_take),
+      TAKT_EVENT(rcl_take),
+      TAKT_EVENT(rclcpp_take),
+      TAKT_EVENT(rcl_service_init),
+      TAKT_EVENT(rclcpp_service_callback_added),
+      TAKT_EVENT(rcl_client_init),
+      TAKT_EVENT(rcl_timer_init),
+      TAKT_EVENT(rclcpp_timer_callback_added),
+      TAKT_EVENT(rclcpp_timer_link_node),
+      TAKT_EVENT(rclcpp_callback_register),
+      TAKT_EVENT(callback_start),
+      TAKT_EVENT(callback_end),
+      TAKT_EVENT(rcl_lifecycle_state_machine_init),
+      TAKT_EVENT(rcl_lifecycle_transition),
+      TAKT_EVENT(rclcpp_executor_get_next_ready),
+      TAKT_EVENT(rclcpp_executor_wait_for_work),
+      TAKT_EVENT(rclcpp_executor_execute),
+  };
+  return &kTable;
+}
