@@ -27,7 +27,7 @@ void load_tracepoints() {
   void* const found = handle != nullptr ? dlsym(handle, "takt_tracepoints") : nullptr;
   if (found == nullptr) {
     throw Error(fmt::format("the tracepoints for LTTng cannot be loaded: {}", dlerror()),
-                "install Debian's liblttng-ust-dev and build Takt again, or do not ask for them");
+                "install the package takt-lttng, or build Takt where liblttng-ust-dev is");
   }
   const auto* const table = reinterpret_cast<const Tracepoints* (*)()>(found)();
   detail::loaded_tracepoints.store(table, std::memory_order_release);

@@ -179,6 +179,6 @@ RUN_TIME = ["takt", "libtakt0.1", "takt-doc"]
 with Packages(RUN_TIME, "iceoryx systemd"):
     use_command()
     use_service()
-with Packages([*RUN_TIME, "libtakt-rclcpp0.1", "libtakt-dev", "libtakt-rclcpp-dev"], "g++ cmake"):
+with Packages([*RUN_TIME, "libtakt-rclcpp0.1", "libtakt-dev", "libtakt-rclcpp-dev", "takt-lttng"], "g++ cmake"):
     build_programs()
 finish()
