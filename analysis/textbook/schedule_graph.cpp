@@ -169,8 +169,15 @@ Time due_after(const Task& task) {
 /// Of all tasks until they repeat, by their earliest releases.
 std::vector<Job> jobs_of(const TaskSet& set, bool by_deadline) {
   const Time until = until_it_repeats(set);
+  const bool are_single = !repeats(set.tasks.front());
   Count count = 0;
   for (const Task& task : set.tasks) {
+    // A job after the tasks repeat would meet none of them.
+    if (repeats(task) == are_single) {
+      throw Error(
+          fmt::format("'{}' is a single job, or others are, and the rest is periodic", task.name),
+          "give each a period T, or none");
+    }
     if (repeats(task) && (task.offset != 0 || due_after(task) > task.period)) {
       throw Error(
           fmt::format(
@@ -239,8 +246,9 @@ TAKT_REGISTER_TEXTBOOK(
     "sag_fp", "Non-preemptive fixed priorities on several processors, by all schedules",
     by_priorities,
     .assumes =
-        "known releases: all tasks begin together, or are single jobs (without T) at O; D ≤ T, "
-        "or T without it; R counts from O, or the begin of the period",
+        "known releases: all tasks begin together, or all are single jobs (without T) at O; D ≤ "
+        "T, or T without it; of the same priority who stands first goes first; R counts from O, or "
+        "the begin of the period",
     .source =
         "Nasri, Nelissen, Brandenburg: A Response-Time Analysis for Non-Preemptive Job Sets "
         "under Global Scheduling, ECRTS 2018",
@@ -254,8 +262,9 @@ TAKT_REGISTER_TEXTBOOK(
     "sag_edf", "Non-preemptive earliest deadline first on several processors, by all schedules",
     by_deadlines,
     .assumes =
-        "known releases: all tasks begin together, or are single jobs (without T) at O; D ≤ T, "
-        "or T without it; R counts from O, or the begin of the period",
+        "known releases: all tasks begin together, or all are single jobs (without T) at O; D ≤ "
+        "T, or T without it; of the same priority who stands first goes first; R counts from O, or "
+        "the begin of the period",
     .source =
         "Nasri, Nelissen, Brandenburg: A Response-Time Analysis for Non-Preemptive Job Sets "
         "under Global Scheduling, ECRTS 2018",

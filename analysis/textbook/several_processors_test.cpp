@@ -97,6 +97,9 @@ TEST(ScheduleGraph, RefusesWhatItDoesNotCover) {
   endless.period = kUnbounded - 1;
   EXPECT_THROW(analyse("sag_fp", {.tasks = {endless, many}}), Error);
   EXPECT_THROW(analyse("sag_edf", {.tasks = {{.name = "job", .execution = 1}}}), Error);
+  // A job that comes after the tasks have repeated met none of them.
+  EXPECT_THROW(analyse("sag_fp", {.tasks = {task, job(1000, 1000, 3, 3, 100, 1)}}), Error);
+  EXPECT_THROW(analyse("sag_fp", {.tasks = {job(9, 9, 99, 99, 200, 1), task}}), Error);
 }
 
 // By hand: of the third, 20 of both others count, so 5 + 40 / 2; of the first, 5 of the third and 6

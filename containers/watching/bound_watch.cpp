@@ -150,8 +150,21 @@ void BoundWatch::look(const std::vector<int>& threads,
                      is_over);
     if (!is_over) look_at_what_waits(watched);
   }
+  for (const CallbackStatistics& each : callbacks) look_at_what_is_new(each);
   for (const auto& chain : chains) look_at_chain(*chain);
   look_at_machine(threads);
+}
+
+// That its node makes no other callbacks later was assumed.
+void BoundWatch::look_at_what_is_new(const CallbackStatistics& counted) {
+  const std::string name = counted.node + "/" + counted.callback;
+  bool is_of_known_node = false;
+  for (const Watched& watched : callbacks_) {
+    if (watched.name == name) return;
+    is_of_known_node |= watched.name.starts_with(counted.node + "/");
+  }
+  if (!is_of_known_node) return;
+  report("as_declared", name, fmt::format("'{}' was made later", name), 1, all_);
 }
 
 // One that is not served ends no execution that could be compared.

@@ -71,6 +71,7 @@ class BoundWatch {
   };
 
   void look_at_callback(Watched& callback, const CallbackStatistics& counted, bool is_over);
+  void look_at_what_is_new(const CallbackStatistics& counted);
   void look_at_what_waits(const Watched& callback);
   void look_at_what_comes_from_outside(Watched& callback, std::uint64_t count);
   void look_at_chain(const Chain& chain);

@@ -38,6 +38,8 @@ TAKT_MESSAGE(Seen, "test/msg/Seen", number);
 std::atomic<bool> must_hang{false}, hangs{false};
 /// The next execution gives its thread another policy; unset when it has.
 std::atomic<bool> must_demote{false};
+/// The next execution makes another timer; unset when it has.
+std::atomic<bool> must_make{false};
 
 /// A timer that takes as long as its parameter says, and sends to `t`.
 class WatchedSender : public Node {
@@ -50,6 +52,10 @@ class WatchedSender : public Node {
       if (must_hang.exchange(false)) {
         hangs.store(true);
         while (Clock::steady().now() < begin + 300ms) std::this_thread::yield();
+      }
+      if (must_make.load()) {
+        later_ = create_timer("later", 10ms, [] {});
+        must_make.store(false);
       }
       if (must_demote.load()) {
         apply({.name = "one", .policy = ThreadPolicy::batch}, Realtime::prefer);
@@ -64,7 +70,7 @@ class WatchedSender : public Node {
 
  private:
   Publisher<Seen>::SharedPtr publisher_;
-  Timer::SharedPtr timer_;
+  Timer::SharedPtr timer_, later_;
 };
 
 class WatchedReceiver : public Node {
@@ -177,6 +183,17 @@ TEST(BoundWatch, SeesWhoChangesAThread) {
   });
   EXPECT_THAT(found,
               Contains(is("realtime_granted", "thread 'one' was SCHED_OTHER of priority 0")));
+}
+
+// That nothing is made later was assumed, and not looked at.
+TEST(BoundWatch, SeesWhatIsMadeLater) {
+  const auto found = deviations_of(with_work(0), [](Container&) {
+    must_make.store(true);
+    EXPECT_TRUE(eventually([] { return !must_make.load(); }));
+  });
+  EXPECT_THAT(found, Contains(is("as_declared", "'/s/later' was made later")));
+  EXPECT_THAT(deviations_of(with_work(0), [](Container&) {}),
+              Not(Contains(is("as_declared", "was made later"))));
 }
 
 // What comes from outside beside senders of the file was in no comparison.

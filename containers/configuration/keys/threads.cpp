@@ -43,6 +43,11 @@ void ConfigurationReader::read_thread(const Value& value) {
     is_sound &= passes(value, "priority", [&] { asked.check_priority(); });
     is_sound &= passes(value, "nice", [&] { asked.check_nice(); });
     is_sound &= passes(value, "runtime", [&] { asked.check_reservation(); });
+    is_sound &= passes(value, "policy", [&] {
+      if (asked.name != "lttng" || asked.policy != ThreadPolicy::deadline) return;
+      throw Error("LTTng's threads cannot have a reservation: no thread inherits one",
+                  "give 'lttng' another policy");
+    });
     ThreadAttributes here = asked;
     if (names_cpus_ && !asked.affinity.empty()) here.affinity = {available_cpus().front()};
     is_sound &= passes(value, "affinity", [&] { here.check_affinity(); });

@@ -162,7 +162,8 @@ void print_missing(const SystemModel::Chain& chain, const ModelBounds::Chain& bo
               is_covered && assumption->source == "nobody" ? "nobody says so" : assumption->source);
     const AssumptionKind* const kind = assumption_kind(assumption->id);
     if (kind == nullptr) continue;
-    const bool may_accept = assumption->state == Assumption::State::unchecked;
+    const bool may_accept =
+        assumption->state == Assumption::State::unchecked && assumption->accepted.empty();
     if (!may_accept && kind->remedy.empty()) continue;
     const std::string accept = fmt::format("`accept: {{{}: 'why it holds'}}`", assumption->id);
     rt::print("    → {}{}{}\n", kind->remedy, may_accept && !kind->remedy.empty() ? "; or " : "",

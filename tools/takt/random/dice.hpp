@@ -74,7 +74,8 @@ class Dice {
         const double below = static_cast<double>(floor + 1 + size - j) - sum;
         const double up = volumes[j] * above, down = volumes[j - 1] * below;
         next[j] = up + down;
-        if (next[j] > 0) turn[j - 1] = below > above ? down / next[j] : 1 - up / next[j];
+        const double share = next[j] > 0 ? (below > above ? down : up) / next[j] : 0;
+        turn[j - 1] = below > above ? share : 1 - share;
       }
       const double largest = *std::max_element(next.begin(), next.end());
       for (double& volume : next) volume /= largest;  // only ratios count

@@ -71,7 +71,11 @@ ordered_json random_task_set(const TaskSetOptions& options, std::size_t number) 
                    [](const Task& a, const Task& b) { return a.period < b.period; });
   const std::set<std::string> keys =
       keys_in(analysis::textbook::analyses().traits(options.method).keys);
-  ordered_json set{{"id", number}, {"utilisation", std::round(utilisation * 1e6) / 1e6}};
+  double written = 0;  // of whole microseconds
+  for (const Task& task : tasks) {
+    written += static_cast<double>(task.execution) / static_cast<double>(task.period);
+  }
+  ordered_json set{{"id", number}, {"utilisation", std::round(written * 1e6) / 1e6}};
   if (options.processors != 1) set["m"] = options.processors;
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     ordered_json task{{"C", tasks[i].execution}, {"T", tasks[i].period}};

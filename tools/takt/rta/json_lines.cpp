@@ -2,6 +2,7 @@
 #include "rta/json_lines.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <iostream>
 
 #include <fmt/format.h>
@@ -70,6 +71,7 @@ void answer_lines(const std::string& inputs, const LineAnswer& answer) {
       move_to(result, value, "utilisation");
       answer(value, errors, result);
       rt::print("{}\n", rt::json_text(result));
+      if (std::fflush(stdout) != 0) return;  // nobody reads it any more; the end of main() says so
     } catch (const ConfigurationError& error) {  // those of other people's sets do not end the rest
       ++refused;
       rt::to_stderr("{}\n", error.what());

@@ -153,6 +153,9 @@ class TaskSetReader {
     Task found;
     found.name = fmt::format("task {}", set_.tasks.size());
     each_key(value, value.name, traits_.keys, [&](const Value& one) { key(one, found); });
+    if (found.shortest > found.execution && found.execution != 0) {
+      errors_.add(value.line, fmt::format("{}: 'C_min' is above 'C'", value.name), "exchange them");
+    }
     set_.tasks.push_back(std::move(found));
   }
   void key(const Value& value, Task& task) {

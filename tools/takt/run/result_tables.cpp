@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/result_tables.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -145,7 +146,11 @@ void print_processes(const Run& run) {
 void print_deviations(const Run& run) {
   if (!run.deviations) return;
   if (run.deviations->empty()) {
-    rt::print("nothing has deviated from what the bounds rest on\n\n");
+    const bool is_coarse = std::any_of(
+        run.notes.begin(), run.notes.end(),
+        [](const std::string& note) { return note.find("was checked coarsely") != note.npos; });
+    rt::print("nothing has deviated from what the bounds rest on{}\n\n",
+              is_coarse ? ", as far as it was seen: see the notes" : "");
     return;
   }
   ProcessTable table(run, {"assumption", "times", "what was seen", "bounds of"});

@@ -105,8 +105,8 @@ status, output, errors = run("random", "tasks", "np_fp", "--tasks", "4", "--sets
 sets = [json.loads(line) for line in output.splitlines()]
 check("so many sets", status == 0 and [each["id"] for each in sets] == list(range(1, 301)), status, errors)
 check("their utilisations are within the range, and of the tasks", all(
-    0.2 <= each["utilisation"] <= 0.9 and len(each["tasks"]) == 4
-    and abs(sum(task["C"] / task["T"] for task in each["tasks"]) - each["utilisation"]) < 0.005 for each in sets), sets[0])
+    0.195 <= each["utilisation"] <= 0.905 and len(each["tasks"]) == 4
+    and abs(sum(task["C"] / task["T"] for task in each["tasks"]) - each["utilisation"]) < 1e-5 for each in sets), sets[0])
 check("all of the range", max(each["utilisation"] for each in sets) > 0.85 and min(each["utilisation"] for each in sets) < 0.25)
 check("their periods are those of cars", {task["T"] for each in sets for task in each["tasks"]} <= PERIODS_US)
 check("the shorter period is the more urgent one", all(
@@ -131,6 +131,9 @@ while len(expected) < 4000:
         expected.append(shares)
 means = [[sum(shares[i] for shares in sets) / 4000 for i in range(4)] for sets in (drawn, expected)]
 check("each as likely as another", all(abs(a - b) < 0.015 for a, b in zip(*means)), means)
+
+full = json.loads(run("random", "tasks", "g_edf", "--processors", "4", "--tasks", "4", "--sets", "1", "--least", "4", "--most", "4")[1])
+check("as many processors as tasks are one for each", all(task["C"] == task["T"] for task in full["tasks"]), full)
 
 for what, words, text in [("too much for the processors", ["g_fp", "--most", "1.5"], "--most 1.5 is above 1"),
                           ("several where the method has one", ["fp", "--processors", "2"], "for several processors"),
