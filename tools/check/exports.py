@@ -31,6 +31,7 @@ OTHERS = {
     "takt::detail::yaml_unsigned": "to_yaml of every message calls it",
     "takt::detail::yaml_real": "to_yaml of every message calls it",
     "takt::detail::yaml_text": "to_yaml of every message calls it",
+    "takt::detail::loaded_tracepoints": "publishers read it where they send",
     "takt::detail::refuse_type": "templates of parameters call it",
     "takt::detail::refuse_narrow": "templates of parameters call it",
 }
