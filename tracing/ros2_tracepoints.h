@@ -9,8 +9,6 @@
 #define TAKT_TRACING_ROS2_TRACEPOINTS_H_
 
 #include <lttng/tracepoint.h>
-#include <stddef.h>
-#include <stdint.h>
 
 // clang-format off
 LTTNG_UST_TRACEPOINT_EVENT(ros2, rcl_init, LTTNG_UST_TP_ARGS(const void*, context_handle, const char*, version),
