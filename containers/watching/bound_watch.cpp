@@ -119,6 +119,11 @@ BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
     watched.watch = std::make_shared<ExecutionWatch>(limits);
     process.callbacks[i].entity->set_execution_watch(watched.watch);
   }
+  for (const ThreadAttributes& thread : process.threads) {
+    if (!is_realtime(thread.policy)) continue;
+    const std::vector<int>& its = thread.affinity.empty() ? available_cpus() : thread.affinity;
+    cpus_.insert(its.begin(), its.end());
+  }
   for (std::size_t i = 0; i < model.chains.size(); ++i) {
     const ModelBounds::Chain& bound = bounds.chains[i];
     if (!bound.bound) continue;
@@ -132,7 +137,7 @@ BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
 }
 
 void BoundWatch::begin(const std::vector<int>& threads) {
-  preemptions_.begin(threads);
+  preemptions_.begin(threads, cpus_);
   before_ = figures(threads);
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -89,6 +90,7 @@ class BoundWatch {
   std::map<std::string, Nanoseconds> chains_;  // their bounds
   std::vector<std::string> all_;               // the names of these
   Preemptions preemptions_;
+  std::set<int> cpus_;  // of the real-time threads
   Figures before_;
   std::map<std::pair<std::string, std::string>, std::uint64_t> counts_;
   std::vector<ProcessResult::Deviation> found_;

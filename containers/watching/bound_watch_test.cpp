@@ -8,11 +8,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "takt/base/available_cpus.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/containers/configuration/configuration_file_test.hpp"
 #include "takt/containers/container.hpp"
+#include "takt/containers/process_usage.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 #include "takt/testing/eventually.hpp"
 
@@ -240,6 +242,45 @@ TEST(BoundWatch, SeesWhoPreempts) {
   if (!has_rights) GTEST_SKIP() << "no right to real-time priorities";
   EXPECT_THAT(found, Contains(AnyOf(is("dds_threads_elsewhere", "'rival'"),
                                     is("nothing_else_runs", "something ran before 'one'"))));
+}
+
+// Where the watch began before a thread had its policy, nobody looked at its CPU.
+TEST(BoundWatch, SeesWhoPreemptsAThreadThatBeginsLate) {
+  const ConfigurationFile file("late.yaml", with_work(0, ", policy: SCHED_FIFO, priority: 10"));
+  const SystemDescription description = file.read();
+  const Container container(description);
+  const ModelledProcess process = container.modelled();
+  const SystemModel model = make_system_model(description, container.plan().chains, {&process, 1});
+  BoundWatch watch(model, analyze(model), process);
+  watch.begin({});
+  std::atomic<int> late{0};
+  std::atomic<bool> has_rights{true}, may_end{false};
+  const auto set = [&](const char* name, int priority) {
+    const ThreadAttributes asked{.name = name,
+                                 .policy = ThreadPolicy::fifo,
+                                 .priority = priority,
+                                 .affinity = {available_cpus().front()}};
+    if (!apply(asked, Realtime::prefer).refused.empty()) has_rights.store(false);
+  };
+  std::thread one([&] {
+    set("one", 10);
+    late.store(gettid());
+    while (!may_end.load()) std::this_thread::yield();
+  });
+  EXPECT_TRUE(eventually([&] { return late.load() != 0; }));
+  const auto switches = [&] { return thread_usage(late.load())->involuntary_switches; };
+  const auto before = switches();
+  std::thread rival([&] {
+    set("rival", 20);
+    EXPECT_TRUE(eventually([&] { return may_end.load(); }));
+  });
+  EXPECT_TRUE(eventually([&] { return !has_rights.load() || switches() > before + 3; }));
+  watch.look({late.load()}, {}, {}, false);
+  may_end.store(true);
+  one.join();
+  rival.join();
+  if (!has_rights.load() || !watch.note().empty()) GTEST_SKIP() << "no right to see or to have it";
+  EXPECT_THAT(watch.found(), Contains(is("dds_threads_elsewhere", "'rival'")));
 }
 
 }  // namespace

@@ -169,11 +169,7 @@ class Preemptions::Records {
 Preemptions::Preemptions() = default;
 Preemptions::~Preemptions() = default;
 
-void Preemptions::begin(const std::vector<int>& threads) {
-  std::set<int> cpus;
-  for (const ThreadState& thread : realtime_ones(threads)) {
-    cpus.insert(thread.affinity.begin(), thread.affinity.end());
-  }
+void Preemptions::begin(const std::vector<int>& threads, const std::set<int>& cpus) {
   try {
     for (const int cpu : cpus) records_.push_back(std::make_unique<Records>(cpu));
   } catch (const Error& error) {

@@ -36,7 +36,8 @@ class Preemptions {
   Preemptions(const Preemptions&) = delete;
   Preemptions& operator=(const Preemptions&) = delete;
 
-  void begin(const std::vector<int>& threads);
+  /// `cpus`: where the real-time threads are going to run, some of which may not have begun yet.
+  void begin(const std::vector<int>& threads, const std::set<int>& cpus);
   /// Since the last look, of real-time threads among these.
   std::vector<Found> look(const std::vector<int>& threads);
   /// Why it looks coarsely; empty: it does not.
