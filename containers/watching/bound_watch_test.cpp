@@ -265,7 +265,9 @@ TEST(BoundWatch, SeesWhoPreemptsAThreadThatBeginsLate) {
   std::thread one([&] {
     set("one", 10);
     late.store(gettid());
-    while (!may_end.load()) std::this_thread::yield();
+    const TimePoint end = Clock::steady().now() + 1min;
+    while (Clock::steady().now() < end && !may_end.load()) {  // it runs all the time
+    }
   });
   EXPECT_TRUE(eventually([&] { return late.load() != 0; }));
   const auto switches = [&] { return thread_usage(late.load())->involuntary_switches; };
