@@ -222,6 +222,7 @@ CallbackObserver::Thread::Thread(CallbackObserver& observer, std::size_t index)
                       "tell its CallbackObserver how many there are");
         }
         Logger::instance().start();  // not in the first callback that logs
+        if (const Tracepoints* const points = tracepoints()) points->thread_begins();
         ThreadStatistics statistics;
         if (options.threads.empty()) {
           statistics.asked.name =

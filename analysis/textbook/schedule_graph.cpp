@@ -162,10 +162,6 @@ Time until_it_repeats(const TaskSet& set) {
   return result;
 }
 
-Time due_after(const Task& task) {
-  return task.deadline.value_or(task.period);
-}
-
 /// Of all tasks until they repeat, by their earliest releases.
 std::vector<Job> jobs_of(const TaskSet& set, bool by_deadline) {
   const Time until = until_it_repeats(set);
@@ -178,14 +174,14 @@ std::vector<Job> jobs_of(const TaskSet& set, bool by_deadline) {
           fmt::format("'{}' is a single job, or others are, and the rest is periodic", task.name),
           "give each a period T, or none");
     }
-    if (repeats(task) && (task.offset != 0 || due_after(task) > task.period)) {
+    if (repeats(task) && (task.offset != 0 || task.due() > task.period)) {
       throw Error(
           fmt::format(
               "'{}' does not begin with the others, or its deadline D is beyond its period T",
               task.name),
           "leave O out, and give a deadline up to T");
     }
-    if (by_deadline && due_after(task) == kUnbounded) {
+    if (by_deadline && task.due() == kUnbounded) {
       throw Error(fmt::format("'{}' has no deadline D", task.name), "give it");
     }
     count = plus(count, repeats(task) ? until / task.period : 1);
@@ -199,7 +195,7 @@ std::vector<Job> jobs_of(const TaskSet& set, bool by_deadline) {
     const Task& task = set.tasks[i];
     Time release = task.offset;
     do {
-      const Time deadline = plus(release, due_after(task));
+      const Time deadline = plus(release, task.due());
       jobs.push_back({.task = i,
                       .release = {release, plus(release, task.jitter)},
                       .shortest = std::min(task.shortest, task.execution),
@@ -240,37 +236,32 @@ Result by_deadlines(const TaskSet& set) {
   return all_schedules(set, true);
 }
 
+constexpr const char* kAssumes =
+    "known releases: all tasks begin together, or all are single jobs (without T) at O; D ≤ "
+    "T, or T without it; of the same priority who stands first goes first; R counts from O, or "
+    "the begin of the period";
+constexpr const char* kSource =
+    "Nasri, Nelissen, Brandenburg: A Response-Time Analysis for Non-Preemptive Job Sets "
+    "under Global Scheduling, ECRTS 2018";
+constexpr const char* kTakt = "no timer begins together with those of other nodes";
+
 }  // namespace
 
 TAKT_REGISTER_TEXTBOOK(
     "sag_fp", "Non-preemptive fixed priorities on several processors, by all schedules",
-    by_priorities,
-    .assumes =
-        "known releases: all tasks begin together, or all are single jobs (without T) at O; D ≤ "
-        "T, or T without it; of the same priority who stands first goes first; R counts from O, or "
-        "the begin of the period",
-    .source =
-        "Nasri, Nelissen, Brandenburg: A Response-Time Analysis for Non-Preemptive Job Sets "
-        "under Global Scheduling, ECRTS 2018",
+    by_priorities, .assumes = kAssumes, .source = kSource,
     .keys = "C [C_min] [T] [O] [J] [D] priority", .settings = "[m]",
     .example =
         R"({"m": 2, "tasks": [{"C": 2, "C_min": 1, "T": 10, "priority": 3}, {"C": 8, "C_min": 7, "T": 30, "priority": 2},
            {"C": 13, "C_min": 3, "T": 60, "priority": 1}]})",
-    .takt = "no timer begins together with those of other nodes")
+    .takt = kTakt)
 
 TAKT_REGISTER_TEXTBOOK(
     "sag_edf", "Non-preemptive earliest deadline first on several processors, by all schedules",
-    by_deadlines,
-    .assumes =
-        "known releases: all tasks begin together, or all are single jobs (without T) at O; D ≤ "
-        "T, or T without it; of the same priority who stands first goes first; R counts from O, or "
-        "the begin of the period",
-    .source =
-        "Nasri, Nelissen, Brandenburg: A Response-Time Analysis for Non-Preemptive Job Sets "
-        "under Global Scheduling, ECRTS 2018",
-    .keys = "C [C_min] [T] [O] [J] [D]", .settings = "[m]",
+    by_deadlines, .assumes = kAssumes, .source = kSource, .keys = "C [C_min] [T] [O] [J] [D]",
+    .settings = "[m]",
     .example = R"({"m": 2, "tasks": [{"C": 2, "C_min": 1, "T": 10}, {"C": 8, "C_min": 7, "T": 30},
            {"C": 13, "C_min": 3, "T": 60}]})",
-    .takt = "no timer begins together with those of other nodes")
+    .takt = kTakt)
 
 }  // namespace takt::analysis::textbook

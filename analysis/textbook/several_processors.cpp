@@ -16,7 +16,7 @@ class Iteration {
  public:
   explicit Iteration(const TaskSet& set) : set_(set), slack_(set.tasks.size(), 0) {
     for (const Task& task : set.tasks) {
-      if (task.deadline.value_or(task.period) <= task.period) continue;
+      if (task.due() <= task.period) continue;
       throw Error(fmt::format("'{}' has a deadline D beyond its period T", task.name),
                   "this analysis needs D ≤ T");
     }
@@ -37,9 +37,7 @@ class Iteration {
     const Time rest = std::max<Time>(0, window % of.period - slack_[task]);
     return plus(times(of.execution, window / of.period), std::min(of.execution, rest));
   }
-  Time deadline(std::size_t task) const {
-    return set_.tasks[task].deadline.value_or(set_.tasks[task].period);
-  }
+  Time deadline(std::size_t task) const { return set_.tasks[task].due(); }
   /// `others`: what the task with this index executes meanwhile at most. Beyond the deadline: none.
   template <class Others>
   Time response(std::size_t task, Others&& others) const {

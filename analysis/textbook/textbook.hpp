@@ -39,6 +39,8 @@ struct Task {
   };
   std::vector<Part> parts;
 
+  /// Its deadline, or else its period.
+  Time due() const { return deadline.value_or(period); }
   ArrivalCurve arrivals() const { return ArrivalCurve::periodic(period, jitter); }
   /// The instants of releases, a million at most: task sets are given in any unit of time.
   std::vector<Time> steps(Time limit, Time from = 0) const {

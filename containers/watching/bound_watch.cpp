@@ -163,10 +163,11 @@ void BoundWatch::look(const std::vector<int>& threads,
 // That its node makes no other callbacks later was assumed.
 void BoundWatch::look_at_what_is_new(const CallbackStatistics& counted) {
   const std::string name = counted.node + "/" + counted.callback;
+  const std::string of_its_node = counted.node + "/";
   bool is_of_known_node = false;
   for (const Watched& watched : callbacks_) {
     if (watched.name == name) return;
-    is_of_known_node |= watched.name.starts_with(counted.node + "/");
+    is_of_known_node |= watched.name.starts_with(of_its_node);
   }
   if (!is_of_known_node) return;
   report("as_declared", name, fmt::format("'{}' was made later", name), 1, all_);
