@@ -11,6 +11,7 @@
 
 #include "takt/containers/container_parts.hpp"
 #include "takt/containers/process_usage.hpp"
+#include "takt/containers/watching/bound_watch.hpp"
 #include "takt/nodes/callback_info.hpp"
 
 namespace takt {
@@ -52,7 +53,7 @@ GetStatistics::Callback row_of(const std::string& executor, const CallbackStatis
           .received = counted.received,
           .expected = counted.expected,
           .dropped = counted.dropped,
-          .misses = counted.deadline_misses,
+          .deadline_misses = counted.deadline_misses,
           .overruns = counted.overruns,
           .latency = GetStatistics::Times::of(counted.latency),
           .execution = GetStatistics::Times::of(counted.execution)};
@@ -119,6 +120,13 @@ GetStatistics::Response Container::statistics() const {
                           .latency = GetStatistics::Times::of(counted.latency)});
   }
   now.topics = topics_of(now, endpoints());
+  if (const auto watch = bound_watch_.lock(); *watch != nullptr) {
+    now.watches_bounds = true;
+    for (const ProcessResult::Deviation& each : (*watch)->found()) {
+      now.deviations.push_back(
+          {.id = each.id, .text = each.text, .chains = each.chains, .count = each.count});
+    }
+  }
   return now;
 }
 

@@ -63,6 +63,18 @@ void warn(DiagnosticStatus& status, std::uint64_t misses, std::uint64_t dropped,
   status.message = fmt::format("{}", fmt::join(words, ", "));
 }
 
+DiagnosticStatus bounds_of(const std::string& host,
+                           const std::vector<StatisticsInterval::Deviation>& deviations) {
+  DiagnosticStatus status = status_of(host, "bounds");
+  for (const StatisticsInterval::Deviation& deviation : deviations) {
+    put(status, deviation.id.c_str(), deviation.text);
+    if (deviation.lately == 0) continue;
+    status.level = DiagnosticStatus::WARN;
+    status.message = deviation.text;
+  }
+  return status;
+}
+
 }  // namespace
 
 DiagnosticArray diagnostics_of(const std::string& host, const GetStatistics::Response& before,
@@ -102,6 +114,7 @@ DiagnosticArray diagnostics_of(const std::string& host, const GetStatistics::Res
     put(status, "latency", chain.latency);
     array.status.push_back(std::move(status));
   }
+  if (last.watches_bounds) array.status.push_back(bounds_of(host, last.deviations));
   return array;
 }
 

@@ -50,7 +50,7 @@ struct GetStatistics {
     std::string executor, node, group, callback, kind, topic;
     std::int32_t priority = 0;
     std::int64_t deadline_ns = 0, budget_ns = 0;  // 0: none
-    std::uint64_t received = 0, expected = 0, dropped = 0, misses = 0, overruns = 0;
+    std::uint64_t received = 0, expected = 0, dropped = 0, deadline_misses = 0, overruns = 0;
     Times latency, execution;
   };
   struct Chain {
@@ -66,6 +66,14 @@ struct GetStatistics {
     std::uint64_t messages = 0;                       // that this process knows of
     std::uint64_t dropped = 0;                        // by its subscriptions
   };
+  /// Something that was not as the analysis of the file assumes. It keeps its place in the list;
+  /// its text may change with the worst that was seen.
+  struct Deviation {
+    std::string id;  // the assumption, see `takt analyze`; "bound": a bound was exceeded
+    std::string text;
+    std::vector<std::string> chains;  // whose bounds rest on it
+    std::uint64_t count = 0;
+  };
   struct Request {};
   struct Response {
     std::int32_t pid = 0;
@@ -76,6 +84,8 @@ struct GetStatistics {
     std::vector<Callback> callbacks;
     std::vector<Chain> chains;
     std::vector<Topic> topics;
+    bool watches_bounds = false;  // else nobody looks for deviations
+    std::vector<Deviation> deviations;
   };
 };
 TAKT_MESSAGE(GetStatistics::Times, "takt_interfaces/msg/Times", count, sum_ns, min_ns, max_ns,
@@ -86,14 +96,16 @@ TAKT_MESSAGE(GetStatistics::Executor, "takt_interfaces/msg/ExecutorStatistics", 
              scheduler, pending);
 TAKT_MESSAGE(GetStatistics::Callback, "takt_interfaces/msg/CallbackStatistics", executor, node,
              group, callback, kind, topic, priority, deadline_ns, budget_ns, received, expected,
-             dropped, misses, overruns, latency, execution);
+             dropped, deadline_misses, overruns, latency, execution);
 TAKT_MESSAGE(GetStatistics::Chain, "takt_interfaces/msg/ChainStatistics", name, deadline_ns,
              instances, misses, aborted, latency);
 TAKT_MESSAGE(GetStatistics::Topic, "takt_interfaces/msg/TopicStatistics", name, type, publishers,
              subscriptions, outside, messages, dropped);
+TAKT_MESSAGE(GetStatistics::Deviation, "takt_interfaces/msg/Deviation", id, text, chains, count);
 TAKT_MESSAGE(GetStatistics::Request, "takt_interfaces/srv/GetStatistics_Request");
 TAKT_MESSAGE(GetStatistics::Response, "takt_interfaces/srv/GetStatistics_Response", pid, time_ns,
-             cpu_time_ns, threads, executors, callbacks, chains, topics);
+             cpu_time_ns, threads, executors, callbacks, chains, topics, watches_bounds,
+             deviations);
 
 }  // namespace takt
 

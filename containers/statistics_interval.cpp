@@ -38,7 +38,7 @@ std::uint64_t grown(std::uint64_t before, std::uint64_t now) noexcept {
 }
 
 Interval::Faults faults_of(const GetStatistics::Callback& row) noexcept {
-  return {row.misses, row.overruns, row.dropped};
+  return {row.deadline_misses, row.overruns, row.dropped};
 }
 Interval::ChainFaults faults_of(const GetStatistics::Chain& row) noexcept {
   return {row.misses, row.aborted};
@@ -71,6 +71,7 @@ class Difference {
     executors();
     chains();
     topics();
+    deviations();
     return std::move(result_);
   }
 
@@ -164,6 +165,16 @@ class Difference {
       const GetStatistics::Topic& before = earlier.of(now);
       result_.topics.push_back(
           {now, rate(before.messages, now.messages), grown(before.dropped, now.dropped)});
+    }
+  }
+
+  void deviations() {
+    result_.watches_bounds = now_.watches_bounds;
+    for (std::size_t i = 0; i < now_.deviations.size(); ++i) {  // each keeps its place
+      const GetStatistics::Deviation& now = now_.deviations[i];
+      const bool is_known = i < before_.deviations.size();
+      const std::uint64_t before = is_known ? before_.deviations[i].count : 0;
+      result_.deviations.push_back({now, i, grown(before, now.count)});
     }
   }
 

@@ -58,6 +58,10 @@ struct StatisticsInterval {
     double rate = 0;
     std::uint64_t lately_dropped = 0;
   };
+  struct Deviation : GetStatistics::Deviation {
+    std::size_t place = 0;  // in the list
+    std::uint64_t lately = 0;
+  };
 
   double seconds = 0, cpu_percent = 0;
   std::vector<Thread> threads;
@@ -65,6 +69,8 @@ struct StatisticsInterval {
   std::vector<Callback> callbacks;
   std::vector<Chain> chains;
   std::vector<Topic> topics;
+  bool watches_bounds = false;
+  std::vector<Deviation> deviations;
 };
 
 template <>

@@ -303,7 +303,7 @@ TEST(Diagnostics, WarnOfMissedDeadlinesAndDroppedMessages) {
   now.callbacks.push_back({.executor = "fast",
                            .node = "/a",
                            .callback = "b",
-                           .misses = 2,
+                           .deadline_misses = 2,
                            .latency = {},
                            .execution = {}});
   now.callbacks.back().dropped = 1;
@@ -315,6 +315,22 @@ TEST(Diagnostics, WarnOfMissedDeadlinesAndDroppedMessages) {
     EXPECT_EQ(row(array.status, name).message, "2 deadlines missed, 1 message dropped");
   }
   EXPECT_EQ(row(array.status, "robot: chain c").message, "1 deadline missed, 3 instances aborted");
+}
+
+TEST(Diagnostics, WarnOfWhatWasNotAsABoundAssumes) {
+  GetStatistics::Response before{.pid = 1, .time_ns = 1, .watches_bounds = true};
+  before.deviations.push_back(
+      {.id = "as_declared", .text = "was 2 ms", .chains = {"c"}, .count = 3});
+  GetStatistics::Response now = before;
+  now.time_ns = 1'000'000'001;
+  EXPECT_EQ(row(diagnostics_of("robot", before, now).status, "robot: bounds").level,
+            DiagnosticStatus::OK);
+  now.deviations.front().text = "was 4 ms";
+  now.deviations.front().count = 5;
+  const DiagnosticStatus status = row(diagnostics_of("robot", before, now).status, "robot: bounds");
+  EXPECT_EQ(status.level, DiagnosticStatus::WARN);
+  EXPECT_EQ(status.message, "was 4 ms");
+  EXPECT_EQ(interval(before, now).deviations.at(0).lately, 2U);
 }
 
 TEST(Diagnostics, AreOffWhereTheFileSaysSo) {
@@ -333,7 +349,8 @@ TEST(StatisticsInterval, OfTheMostRowsIsLinear) {
   for (int i = 0; i < 10'000; ++i) {
     answer.executors.push_back({.name = fmt::format("e{}", i)});
     answer.threads.push_back({.executor = fmt::format("e{}", i), .tid = i});
-    answer.callbacks.push_back({.executor = fmt::format("e{}", i), .received = 1, .misses = 2});
+    answer.callbacks.push_back(
+        {.executor = fmt::format("e{}", i), .received = 1, .deadline_misses = 2});
   }
   const StatisticsInterval of = interval({}, answer);
   ASSERT_EQ(of.executors.size(), 10'000U);

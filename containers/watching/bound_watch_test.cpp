@@ -143,6 +143,10 @@ TEST(BoundWatch, SeesWhatIsLongerThanWasAssumed) {
 TEST(BoundWatch, SeesChanges) {
   const auto found = deviations_of(with_work(0), [](Container& container) {
     container.change_parameters("{s: {callbacks: {tick: {priority: 3}}}}");
+    const GetStatistics::Response now = container.statistics();
+    EXPECT_TRUE(now.watches_bounds);
+    EXPECT_THAT(now.deviations,
+                Contains(Field(&GetStatistics::Deviation::id, "nothing_is_changed")));
   });
   EXPECT_THAT(found, Contains(is("nothing_is_changed", "parameters")));
 }

@@ -82,6 +82,7 @@ for words in (["--json"], []):
           and thread["wakeups_per_s"] > 0, thread)
     check("a chain is measured", named(last["chains"], name="heart")[0]["latency_us"]["p99"] > 0, last["chains"])
     check("a topic has its rate", named(last["topics"], topic="/beat")[0]["rate_hz"] > 0, last["topics"])
+    check("nobody watches its bounds", last["deviations"] is None, last["deviations"])
 
 # ---- /diagnostics, as another process receives it ----
 said = run("topic", "echo", "/diagnostics", "-n", "1", "--json", "-", "--duration", "40s").stdout
@@ -164,7 +165,7 @@ top = f"'{takt}' top --interval 200ms"
 terminal = Terminal(top)
 check("callbacks are shown first", terminal.shows(r"\[3:callbacks\]", r"robot \(pid \d+, CPU", r"/hearer/beat .*slow", r"q quit"),
       terminal.screen())
-for key, sign in (("1", "SCHED_OTHER"), ("2", "single_threaded"), ("4", "^.heart "), ("5", "^./beat "), ("3", "/sender/beat_timer")):
+for key, sign in (("1", "SCHED_OTHER"), ("2", "single_threaded"), ("4", "^.heart "), ("5", "^./beat "), ("6", "assumption"), ("3", "/sender/beat_timer")):
     terminal.keys(key)
     check(f"key {key} shows {sign}", terminal.shows(sign), terminal.screen())
 terminal.keys("Right", "Right", "Right")

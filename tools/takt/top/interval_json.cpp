@@ -86,10 +86,18 @@ json topic_json(const StatisticsInterval::Topic& topic) {
           {"dropped", topic.lately_dropped}};
 }
 
+json deviation_json(const StatisticsInterval::Deviation& deviation) {
+  return {{"id", deviation.id},
+          {"text", deviation.text},
+          {"chains", deviation.chains},
+          {"count", deviation.lately},
+          {"since_start", {{"count", deviation.count}}}};
+}
+
 // The first answer of a container is since its start.
 void take_interval_away(json& row) {
   for (const char* key : {"cpu_percent", "wakeups_per_s", "preemptions_per_s", "rate_hz",
-                          "deadline_misses", "overruns", "misses", "aborted", "dropped"}) {
+                          "deadline_misses", "overruns", "misses", "aborted", "dropped", "count"}) {
     if (row.contains(key)) row[key] = json();
   }
   for (const char* key : {"latency_us", "execution_us"}) {
@@ -126,6 +134,8 @@ json interval_json(const std::vector<Watched>& containers) {
       row["callbacks"] = list_of(last, last.callbacks, callback_json);
       row["chains"] = list_of(last, last.chains, chain_json);
       row["topics"] = list_of(last, last.topics, topic_json);
+      row["deviations"] =
+          last.watches_bounds ? list_of(last, last.deviations, deviation_json) : json();
     }
     list.push_back(std::move(row));
   }

@@ -93,6 +93,13 @@ Row row_of(const std::string& container, const StatisticsInterval::Topic& topic)
       topic.lately_dropped != 0};
 }
 
+Row row_of(const std::string& container, const StatisticsInterval::Deviation& deviation) {
+  return {key({container, std::to_string(deviation.place)}),
+          {text(deviation.text), text(container), text(deviation.id),
+           text(fmt::format("{}", fmt::join(deviation.chains, ", "))), whole(deviation.count)},
+          deviation.lately != 0};
+}
+
 std::string mark_of(Watched::State state) {
   switch (state) {
     case Watched::State::running:
@@ -155,7 +162,8 @@ std::vector<Table> empty_tables() {
        {"topic", "container", "type", "publishers", "subscriptions", "outside", "messages/s",
         "dropped"},
        3,
-       {}}};
+       {}},
+      {"bounds", {"what was not as assumed", "container", "assumption", "chains", "count"}, 4, {}}};
 }
 
 }  // namespace
@@ -168,6 +176,7 @@ std::vector<Table> tables_of(const std::vector<Watched>& containers) {
     add(tables[2], container, container.last.callbacks);
     add(tables[3], container, container.last.chains);
     add(tables[4], container, container.last.topics);
+    add(tables[5], container, container.last.deviations);
   }
   return tables;
 }

@@ -97,7 +97,7 @@ std::string shortened(const std::string& name, std::size_t width, const std::str
 
 constexpr std::array kHelp{
     "q           quit",
-    "1-5, Tab    table: threads, executors, callbacks, chains, topics",
+    "1-6, Tab    table: threads, executors, callbacks, chains, topics, bounds",
     "arrows      up and down: the row; left and right: the column that sorts and has a history",
     "PgUp, PgDn  a page of rows; Home and End: the first and the last one",
     "r           sort the other way round",
@@ -344,13 +344,12 @@ std::string View::history_of(const Row& row, std::size_t width) const {
 }
 
 std::string View::titles() const {
-  std::string line = "takt top  ";
+  std::string line = is_paused_ ? "PAUSED   " : "takt top ";
   for (std::size_t i = 0; i < tables_.size(); ++i) {
     const bool is_shown = i == current_;
-    line += fmt::format("{}{}:{}{} ", is_shown ? "[" : " ", i + 1, tables_[i].name,
+    line += fmt::format("{}{}:{}{}", is_shown ? "[" : " ", i + 1, tables_[i].name,
                         is_shown ? "]" : " ");
   }
-  if (is_paused_) line += " PAUSED";
   return line;
 }
 
@@ -383,7 +382,7 @@ std::string View::help() const {
   if (is_filtering_) return fmt::format("filter: {}_   Enter: keep it   Esc: all rows", filter_);
   const std::string filter =
       filter_.empty() ? "" : fmt::format("filter: {} (Esc: all)   ", filter_);
-  return filter + "? help  q quit  1-5 Tab table  arrows row, column  r reverse  / filter  p pause";
+  return filter + "? help  q quit  1-6 Tab table  arrows row, column  r reverse  / filter  p pause";
 }
 
 void View::add_rows(std::vector<Line>& lines, std::size_t width) {

@@ -1,4 +1,5 @@
-// What `takt top` shows: tables of threads, executors, callbacks, chains and topics, as lines.
+// What `takt top` shows: tables of threads, executors, callbacks, chains, topics and deviations, as
+// lines.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_TOP_VIEW_HPP_
 #define TAKT_TOOLS_TAKT_TOP_VIEW_HPP_
@@ -41,7 +42,7 @@ struct Table {
   std::vector<Row> rows;
 };
 
-/// The five tables, in the order of the keys 1 to 5.
+/// The six tables, in the order of the keys 1 to 6.
 std::vector<Table> tables_of(const std::vector<Watched>& containers);
 
 /// The last values as characters that rise and fall, one each, scaled from their smallest to their

@@ -242,8 +242,11 @@ TEST(View, EachKeyShowsItsTable) {
   last.chains.push_back({.name = "sense_to_act", .deadline = 20ms});
   last.topics.push_back({});
   last.topics[0].name = "/scan";
+  last.deviations.push_back({});
+  last.deviations[0].text = "unexpected";
   view.show(containers);
-  const std::vector<std::string> shown{"spinner", "fast", "/node/a", "sense_to_act", "/scan"};
+  const std::vector<std::string> shown{"spinner",      "fast",  "/node/a",
+                                       "sense_to_act", "/scan", "unexpected"};
   for (std::size_t i = 0; i < shown.size(); ++i) {
     press(view, std::to_string(i + 1));
     EXPECT_THAT(names(view).at(0), testing::EndsWith(shown[i]));

@@ -34,7 +34,7 @@ constexpr std::size_t kLeastShare = 500;
 
 std::size_t rows_of(const GetStatistics::Response& answer) {
   return answer.threads.size() + answer.executors.size() + answer.callbacks.size() +
-         answer.chains.size() + answer.topics.size();
+         answer.chains.size() + answer.topics.size() + answer.deviations.size();
 }
 
 // Also if it is somebody else's.
