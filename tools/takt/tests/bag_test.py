@@ -7,6 +7,7 @@ usage: bag_test.py TAKT PEERS_LIBRARY
 import collections
 import json
 import pathlib
+import re
 import signal
 import struct
 import subprocess
@@ -109,6 +110,70 @@ def rules(data):
     yield "the publishers' QoS", (all(b"offered_qos_profiles" in channel for _, channel in found[0x04]))
 
 
+PRIMITIVES = {"bool": "?", "byte": "B", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I",
+              "int64": "q", "uint64": "Q", "float32": "f", "float64": "d"}
+
+
+def definitions(schema):
+    """Type → fields (type, array, name), as Foxglove reads `ros2msg`: https://mcap.dev/spec/registry#ros2msg"""
+    parts, found = re.split(r"^={80}\n", schema, flags=re.MULTILINE), {}
+    for i, part in enumerate(parts):
+        lines = part.splitlines()
+        name = re.fullmatch(r"MSG: (\w+/\w+)", lines.pop(0))[1] if i else ""
+        found[name] = [re.fullmatch(r"([\w/]+?)(<=\d+)?(\[(?:<=)?\d*\])? (\w+)(?: .+)?", line).group(1, 3, 4)
+                       for line in lines if line and not line.startswith("#") and "=" not in line.split(" ", 1)[1]]
+    return found
+
+
+class Cdr:
+    """Reads a message by its schema, as Foxglove does."""
+
+    def __init__(self, schema, data):
+        self.types, self.data, self.at = definitions(schema), data[4:], 0
+        self.order = {0: ">", 1: "<"}[data[1]]
+
+    def number(self, kind):
+        size = struct.calcsize(kind)
+        self.at += -self.at % size
+        value = struct.unpack_from(self.order + kind, self.data, self.at)[0]
+        self.at += size
+        return value
+
+    def value(self, kind):
+        if kind in PRIMITIVES:
+            return self.number(PRIMITIVES[kind])
+        if kind == "string":
+            size = self.number("I")
+            self.at += size
+            return self.data[self.at - size:self.at - 1].decode()
+        return {name: [self.value(of) for _ in range(int(array[1:-1]) if array[1:-1].isdigit() else self.number("I"))] if array
+                else self.value(of) for of, array, name in self.types[kind]}
+
+
+def test_diagnostics(file):
+    data, schemas, topics, read = file.read_bytes(), {}, {}, []
+    for _, opcode, content in records(data, 8, len(data) - 8):
+        if opcode == 0x03:
+            name, at = text(content, 2)
+            encoding, at = text(content, at)
+            schemas[struct.unpack_from("<H", content)[0]] = (name.decode(), encoding, text(content, at)[0].decode())
+        elif opcode == 0x04:
+            topic, at = text(content, 4)
+            topics[struct.unpack_from("<H", content)[0]] = (topic.decode(), text(content, at)[0], struct.unpack_from("<H", content, 2)[0])
+    for chunk in (content for _, opcode, content in records(data, 8, len(data) - 8) if opcode == 0x06):
+        inner = chunk[text(chunk, 28)[1] + 8:]
+        for _, code, message in records(inner, 0, len(inner)):
+            channel = struct.unpack_from("<H", message)[0]
+            if code == 0x05 and topics[channel][0] == "/diagnostics":
+                cdr = Cdr(schemas[topics[channel][2]][2], message[22:])
+                read.append(cdr.value(""))
+                check("a message is as long as its schema says", 0 <= len(cdr.data) - cdr.at < 4, len(cdr.data), cdr.at)
+    check("each channel is encoded as Foxglove wants", topics and all(encoding == b"cdr" and schemas[schema][1] == b"ros2msg"
+          for _, encoding, schema in topics.values()), topics, {name: encoding for name, encoding, _ in schemas.values()})
+    names = {status["name"]: {each["key"] for each in status["values"]} for message in read for status in message["status"]}
+    check("diagnostics have named fields", "robot: container" in names and any("latency" in key for keys in names.values() for key in keys), names)
+
+
 def check_format(file):
     data = file.read_bytes()
     for what, holds in rules(data):
@@ -137,16 +202,17 @@ def test_recordings():
             check("all messages of it", 50 < counts["/scan"] < 260 and
                   0.7 < counts["/scan"] / (2 * counts["/out"]) < 1.4, counts)
         check("compression helps", info["size_bytes"] < (folder / "none.mcap").stat().st_size / 4, info)
-        everything = subprocess.Popen([takt, "bag", "record", "--all", "-o", str(folder / "all.mcap")],
+        everything = subprocess.Popen([takt, "bag", "record", "--all", "--compression", "none", "-o", str(folder / "all.mcap")],
                                       env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                       text=True)
-        time.sleep(2)
+        time.sleep(3.5)  # until there are diagnostics
         for _ in range(2):  # as `timeout -s INT` does: the second one cut the file off
             everything.send_signal(signal.SIGINT)
             time.sleep(0.002)
         out, error = everything.communicate(timeout=30)
         check("Ctrl-C ends it", everything.returncode == 0 and " messages of " in out, out, error)
         check("and the file is complete", as_json("bag", "info", str(folder / "all.mcap"))["is_complete"])
+    test_diagnostics(folder / "all.mcap")
     check_format(folder / "none.mcap")
     text = run("bag", "info", str(folder / "zstd.mcap")).stdout
     check("as ros2 bag shows it", "Storage id:        mcap\n" in text and
