@@ -27,6 +27,7 @@
 #include "run/end_signals.hpp"
 #include "top/interval_json.hpp"
 #include "top/screen.hpp"
+#include "top/udp_stream.hpp"
 #include "top/watch.hpp"
 
 namespace takt::tools::top_command {
@@ -40,6 +41,7 @@ struct Options {
   Nanoseconds interval = 1s;
   std::uint64_t count = 0;
   bool is_json = false;
+  std::string stream;
 };
 
 /// Where it is shown.
@@ -58,6 +60,18 @@ class JsonLines final : public Display {
     rt::print("{}\n", rt::json_text(top::interval_json(containers)));
     rt::flush_output();
   }
+};
+
+/// The same lines, as datagrams.
+class StreamedLines final : public Display {
+ public:
+  explicit StreamedLines(const std::string& address) : stream_(address) {}
+  void show(const std::vector<top::Watched>& containers) override {
+    stream_.send(rt::json_text(top::interval_json(containers)));
+  }
+
+ private:
+  top::UdpStream stream_;
 };
 
 /// Keeps what is logged away from the tables, and logs it when they have gone.
@@ -143,13 +157,15 @@ class Session {
 // The first answers are only what the next ones are compared with.
 void run(const Options& options) {
   const EndSignals signals(EndSignals::Command::looks);  // before any thread
+  std::unique_ptr<Display> display;
+  if (!options.stream.empty()) display = std::make_unique<StreamedLines>(options.stream);
   top::Watch watch(options.domain.number(), options.containers,
                    std::max<Nanoseconds>(2 * options.interval, 3s));
-  const bool is_json = options.is_json || isatty(STDOUT_FILENO) == 0 || isatty(STDIN_FILENO) == 0;
-  std::unique_ptr<Display> display;
-  if (is_json) {
+  const bool is_json = options.is_json || !options.stream.empty() || isatty(STDOUT_FILENO) == 0 ||
+                       isatty(STDIN_FILENO) == 0;
+  if (display == nullptr && is_json) {
     display = std::make_unique<JsonLines>();
-  } else {
+  } else if (display == nullptr) {
     display = std::make_unique<LiveTables>();
   }
   Session session(signals, *display);
@@ -184,12 +200,15 @@ void set_up(CLI::App* command) {
                1, 1'000'000'000);
   command->add_flag("--json", options->is_json,
                     "Print one line of JSON each interval, as where the output is no terminal");
+  command->add_option("--stream", options->stream,
+                      "Send these lines there instead, for PlotJuggler: udp://HOST:PORT");
   options->domain.add_to(*command);
   command->footer(
       "Example:\n"
       "  takt top\n"
       "  takt top robot --interval 500ms\n"
-      "  takt top --json --count 10\n");
+      "  takt top --json --count 10\n"
+      "  takt top robot --interval 100ms --stream udp://127.0.0.1:9870\n");
   command->callback([options] { run(*options); });
 }
 const Command registered("top", "Shows what running containers do now", set_up);

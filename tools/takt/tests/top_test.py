@@ -7,17 +7,21 @@ usage: top_test.py TAKT
 # SPDX-License-Identifier: Apache-2.0
 import json
 import os
+import pathlib
 import pty
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import tempfile
 import time
+import xml.etree.ElementTree
 
 from command import run, takt
 from checks import check, children_of, environment, eventually, failures, finish, proves, skip
 
+LAYOUT = pathlib.Path(__file__).resolve().parents[3] / "docs/how_to/plotjuggler.xml"
 folder = tempfile.TemporaryDirectory(prefix="takt_top_")
 os.chdir(folder.name)
 SYSTEM = """
@@ -83,6 +87,36 @@ for words in (["--json"], []):
     check("a chain is measured", named(last["chains"], name="heart")[0]["latency_us"]["p99"] > 0, last["chains"])
     check("a topic has its rate", named(last["topics"], topic="/beat")[0]["rate_hz"] > 0, last["topics"])
     check("nobody watches its bounds", last["deviations"] is None, last["deviations"])
+
+# ---- The same as a stream, for PlotJuggler ----
+def curves(prefix, value):
+    """The names that PlotJuggler gives to the numbers of a JSON message."""
+    if isinstance(value, dict):
+        return {name for key, each in value.items() for name in curves(f"{prefix}/{key}", each)}
+    if isinstance(value, list):
+        return {name for i, each in enumerate(value) for name in curves(f"{prefix}[{i}]", each)}
+    return {prefix} if isinstance(value, (int, float)) and not isinstance(value, bool) else set()
+
+
+with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as plotter:
+    plotter.bind(("127.0.0.1", 0))
+    plotter.settimeout(60)
+    port = plotter.getsockname()[1]
+    said = run("top", "robot", "--interval", "200ms", "--count", "2", "--stream", f"udp://127.0.0.1:{port}").stdout
+    sent = [json.loads(plotter.recv(65536)) for _ in range(2)]
+check("each interval is a datagram, and nothing else is printed", said == "" and sent[0]["time"] < sent[1]["time"], said)
+check("it has what a line has", sent[1].keys() == documents[-1].keys() and
+      sent[1]["containers"][0].keys() == documents[-1]["containers"][0].keys(), sent[1])
+layout = xml.etree.ElementTree.parse(LAYOUT)
+drawn = {curve.get("name") for curve in layout.iter("curve")}
+known = curves("", sent[0]) | curves("", sent[1])
+check("PlotJuggler's layout draws what is sent", drawn and drawn <= known, drawn - known)
+run("top", "robot", "--count", "1", "--stream", f"udp://127.0.0.1:{port}")  # nobody listens any more
+for address in ("127.0.0.1:9870", "udp://127.0.0.1", "udp://:9870", "udp://127.0.0.1:0", "udp://127.0.0.1:70000", "udp://1:2:3/x", "tcp://a:1"):
+    error = run("top", "--count", "1", "--stream", address, status=2).stderr
+    check(f"{address} is refused in one line", error.count("\n") == 1 and "write udp://HOST:PORT" in error, error)
+error = run("top", "--count", "1", "--stream", "udp://no.such.host.invalid:9870", status=2).stderr
+check("so is a host that nobody knows", error.count("\n") == 1 and "'no.such.host.invalid'" in error, error)
 
 # ---- /diagnostics, as another process receives it ----
 said = run("topic", "echo", "/diagnostics", "-n", "1", "--json", "-", "--duration", "40s").stdout
