@@ -8,6 +8,7 @@
 #include <mutex>
 #include <set>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include <dlfcn.h>
@@ -55,6 +56,13 @@ std::string_view minor_version(std::string_view version) {
 }
 
 }  // namespace
+
+std::filesystem::path path_of_takt() {
+  Dl_info own{};
+  dladdr(reinterpret_cast<const void*>(&path_of_takt), &own);
+  std::error_code none;
+  return std::filesystem::canonical(own.dli_fname != nullptr ? own.dli_fname : "", none);
+}
 
 // For the program takt_try_library. What dlopen itself refuses, it refuses here again.
 extern "C" TAKT_INTERNAL void takt_try_library(const char* path) {

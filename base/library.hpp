@@ -4,6 +4,7 @@
 #define TAKT_BASE_LIBRARY_HPP_
 
 #include <any>
+#include <filesystem>
 #include <functional>
 #include <mutex>
 #include <string>
@@ -35,6 +36,10 @@ bool note_registration(Registration registration);
 /// minor version). Thread safety: from any thread; the result lives as long as the process.
 /// Real-time: no.
 std::vector<Registration>& load_library(const std::string& path);
+
+/// Of libtakt.so, or of the program that has it inside; in the folder `takt` beside it is what it
+/// loads and starts. Real-time: no.
+std::filesystem::path path_of_takt();
 
 /// For the functions behind TAKT_REGISTER_…: adds the entry to the registry, or leaves this to
 /// load_registered() if this thread is loading a library. Always true. Throws Error when the name

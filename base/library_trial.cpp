@@ -13,7 +13,6 @@
 #include <string_view>
 #include <vector>
 
-#include <dlfcn.h>
 #include <elf.h>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -25,6 +24,7 @@
 
 #include "takt/base/clock.hpp"
 #include "takt/base/error.hpp"
+#include "takt/base/library.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/base/regular_file.hpp"
 
@@ -229,10 +229,7 @@ void check_library_file(const std::string& path) {
 }
 
 void try_library(const std::string& path, Nanoseconds limit) {
-  Dl_info own{};
-  dladdr(reinterpret_cast<const void*>(&try_library), &own);
-  std::error_code none;
-  const fs::path takt = fs::canonical(own.dli_fname != nullptr ? own.dli_fname : "", none);
+  const fs::path takt = path_of_takt();
   const fs::path program = takt.parent_path() / "takt" / "takt_try_library";
   if (access(program.c_str(), X_OK) != 0) {
     static std::atomic<bool> is_said = false;

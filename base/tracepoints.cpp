@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/base/tracepoints.hpp"
 
-#include <filesystem>
 #include <mutex>
 #include <string>
 
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include "takt/base/clock.hpp"
 #include "takt/base/error.hpp"
+#include "takt/base/library.hpp"
 #include "takt/base/version.hpp"
 
 namespace takt {
@@ -19,10 +20,7 @@ void load_tracepoints() {
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
   if (tracepoints() != nullptr) return;
-  Dl_info own{};
-  dladdr(reinterpret_cast<const void*>(&load_tracepoints), &own);
-  const std::filesystem::path library =
-      std::filesystem::path(own.dli_fname).parent_path() / "takt" / "libtakt_lttng.so";
+  const std::filesystem::path library = path_of_takt().parent_path() / "takt" / "libtakt_lttng.so";
   void* const handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
   void* const found = handle != nullptr ? dlsym(handle, "takt_tracepoints") : nullptr;
   if (found == nullptr) {
@@ -32,6 +30,9 @@ void load_tracepoints() {
   const auto* const table = reinterpret_cast<const Tracepoints* (*)()>(found)();
   detail::loaded_tracepoints.store(table, std::memory_order_release);
   table->rcl_init(table, TAKT_VERSION);
+  // Its importer asks which ROS 2 this is, as its tracepoints have changed: these are of Iron.
+  table->caret_init(Clock::steady().now().time_since_epoch().count(), "iron");
+  table->rmw_implementation("rmw_cyclonedds_cpp");
 }
 
 }  // namespace takt

@@ -11,12 +11,12 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// ROS 2's tracepoints (ros2_tracing, tracetools 8.4), as far as Takt has what they tell, with
-/// their names and arguments. A handle is the address of the publisher, entity or node: one object
-/// of ours is several of ROS 2's, so these have the same address. Strings live as long as the call.
-/// Thread safety: each function from any thread.
-/// Real-time: as the library has it. LTTng's write to buffers of the CPU, without a lock, and drop
-/// what does not fit; a thread's first tracepoint allocates, unless it has called `thread_begins`.
+/// ROS 2's tracepoints (ros2_tracing, tracetools 8.4), and CARET's, as far as Takt has what they
+/// tell, with their names and arguments. A handle is the address of the publisher, entity or node:
+/// one object of ours is several of ROS 2's, so these have the same address. Strings live as long
+/// as the call. Thread safety: each function from any thread. Real-time: as the library has it.
+/// LTTng's write to buffers of the CPU, without a lock, and drop what does not fit; a thread's
+/// first tracepoint allocates, unless it has called `thread_begins`.
 struct Tracepoints {
   /// Not one of ROS 2's: makes this thread ready.
   void (*thread_begins)();
@@ -53,6 +53,19 @@ struct Tracepoints {
   void (*rclcpp_executor_get_next_ready)();
   void (*rclcpp_executor_wait_for_work)(std::int64_t timeout);
   void (*rclcpp_executor_execute)(const void* handle);
+
+  // Of CARET (caret_trace 0.7.3): which executor has which callbacks, and which message has which
+  // time. It takes ROS 2's, too.
+  void (*caret_init)(std::int64_t now, const char* distribution);
+  void (*rmw_implementation)(const char* name);
+  void (*construct_executor)(const void* executor, const char* type);
+  void (*add_callback_group)(const void* executor, const void* group, const char* type);
+  void (*callback_group_add_timer)(const void* group, const void* timer);
+  void (*callback_group_add_subscription)(const void* group, const void* subscription);
+  void (*callback_group_add_service)(const void* group, const void* service);
+  void (*callback_group_add_client)(const void* group, const void* client);
+  void (*dds_write)(const void* message);
+  void (*dds_bind_addr_to_stamp)(const void* message, std::uint64_t timestamp);
 };
 
 namespace detail {

@@ -349,8 +349,8 @@ def draw_timeline(page, timeline):
     """Callbacks on their threads, over a short span from the middle of the trace."""
     events = timeline["traceEvents"]
     names = {(event["pid"], event["tid"]): event["args"]["name"] for event in events
-             if event["ph"] == "M" and event["name"] == "thread_name"}
-    slices = [event for event in events if event["ph"] == "X"]
+             if event["ph"] == "M" and "is_prompt" in event["args"]}
+    slices = [event for event in events if event["ph"] == "X" and event["cat"] != "sched"]
     if not slices:
         return
     page.heading("timeline: callbacks on their threads")

@@ -228,6 +228,10 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
 
 void ComponentManager::observe(Container& container) {
   services_.push_back(statistics_service(*node_, container, make_group("get_statistics")));
+  services_.push_back(node_->create_service<TraceContainer>(
+      "~/trace",
+      [&container](const auto& request, auto& response) { response = container.trace(request); },
+      make_group("trace"), rare_service()));
   services_.push_back(node_->create_service<SetCallbackParameters>(
       "~/set_callback_parameters",
       [&container](const auto& request, auto& response) {

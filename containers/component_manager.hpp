@@ -28,11 +28,12 @@ class Container;
 /// - `/CONTAINER/_container/get_structure`: see ContainerStructure.
 /// - `/CONTAINER/set_callback_parameters`: see SetCallbackParameters.
 /// - `/CONTAINER/get_statistics`: see GetStatistics.
+/// - `/CONTAINER/trace`: see TraceContainer.
 /// - for each component's node: ROS 2's parameter services, if enabled, and the lifecycle services
 ///   of a lifecycle node. In ROS 2's graph they belong to that node.
 /// - for itself: the parameter services, so that `ros2 param list`, which asks every node, waits
 ///   for none.
-/// Of a program that makes its nodes itself: set_callback_parameters and get_statistics.
+/// Of a program that makes its nodes itself: set_callback_parameters, get_statistics and trace.
 ///
 /// A request that needs no code of a user is answered at once, on the thread `container`. All
 /// others are served by the threads of the executor `requests`: setting parameters and changing the

@@ -53,6 +53,7 @@ Container::Container(const SystemDescription& description, const ContainerOverri
     : description_(description),
       overrides_(overrides),
       executors_(std::make_unique<RunningExecutors>()),
+      trace_(std::make_unique<RunningTrace>(*executors_)),
       first_callbacks_(std::make_unique<FirstCallbacks>(*this)) {
   shared_.lock()->notes = description.notes;
   if (!overrides_.only_constructs) note(load_tracepoints_if_asked(&description_));
@@ -109,14 +110,12 @@ Container::~Container() {
 }
 
 bool Container::has_thread(const std::string& name) const {
-  return std::any_of(description_.threads.begin(), description_.threads.end(),
-                     [&](const auto& entry) { return entry.attributes.name == name; });
+  return find_thread(description_, name) != nullptr;
 }
 
 ThreadAttributes Container::thread(const std::string& name) const {
-  const auto found = std::find_if(description_.threads.begin(), description_.threads.end(),
-                                  [&](const auto& entry) { return entry.attributes.name == name; });
-  return found != description_.threads.end() ? found->attributes : ThreadAttributes{.name = name};
+  const ThreadDescription* const found = find_thread(description_, name);
+  return found != nullptr ? found->attributes : ThreadAttributes{.name = name};
 }
 
 // Process names may contain characters that are invalid in node names.

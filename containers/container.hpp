@@ -26,6 +26,7 @@
 #include "takt/containers/one_sided_topics.hpp"
 #include "takt/containers/planning/plan.hpp"
 #include "takt/containers/result.hpp"
+#include "takt/containers/trace_container.hpp"
 #include "takt/executors/watchdog.hpp"
 #include "takt/ros2/rosout.hpp"
 #include "takt/ros2/time_source.hpp"
@@ -36,6 +37,7 @@ namespace TAKT_PUBLIC takt {
 class Diagnostics;
 struct RunningExecutor;
 class RunningExecutors;
+class RunningTrace;
 class UnloadingThreads;
 class BoundWatch;
 
@@ -184,6 +186,9 @@ class Container {
 
   /// What it has done so far. Thread safety: from any thread.
   GetStatistics::Response statistics() const;
+  /// Records what its executors do from now on, ends that, or tells it: see TraceContainer. Thread
+  /// safety: from any thread.
+  TraceContainer::Response trace(const TraceContainer::Request& request);
   /// The measurements of the run. Call it after stop().
   ProcessResult result() const;
 
@@ -275,6 +280,7 @@ class Container {
   std::map<int, ThreadStatistics> counted_;  // what the kernel has counted, by thread
   std::shared_ptr<Watchdog> watchdog_;
   const std::unique_ptr<RunningExecutors> executors_;
+  const std::unique_ptr<RunningTrace> trace_;
   const std::unique_ptr<FirstCallbacks> first_callbacks_;
   detail::Guarded<Shared> shared_;
   std::unique_ptr<UnloadingThreads> unloading_threads_;

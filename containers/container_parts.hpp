@@ -13,6 +13,7 @@
 
 #include "takt/containers/container.hpp"
 #include "takt/containers/running_executors.hpp"
+#include "takt/containers/running_trace.hpp"
 #include "takt/containers/set_callback_parameters.hpp"
 
 namespace takt {

@@ -130,6 +130,10 @@ GetStatistics::Response Container::statistics() const {
   return now;
 }
 
+TraceContainer::Response Container::trace(const TraceContainer::Request& request) {
+  return trace_->serve(request);
+}
+
 // The parameters in force, which may change while it runs; and what executors keep for their
 // results of callbacks that are gone does not run any more.
 void Container::complete_living(std::vector<GetStatistics::Callback>& callbacks) const {

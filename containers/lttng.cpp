@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/lttng.hpp"
 
-#include <algorithm>
 #include <cstdlib>
 #include <exception>
 #include <string_view>
@@ -28,13 +27,8 @@ bool is_asked_by_environment() {
 
 std::string load_tracepoints_if_asked(const SystemDescription* system) {
   if (tracepoints() != nullptr) return {};  // of a program, whose containers ask again
-  const ThreadDescription* thread = nullptr;
-  if (system != nullptr) {
-    const auto found =
-        std::find_if(system->threads.begin(), system->threads.end(),
-                     [](const auto& entry) { return entry.attributes.name == "lttng"; });
-    if (found != system->threads.end()) thread = &*found;
-  }
+  const ThreadDescription* const thread =
+      system != nullptr ? find_thread(*system, "lttng") : nullptr;
   if (!is_asked_by_environment() && thread == nullptr) return {};
   std::string refused;
   std::exception_ptr error;

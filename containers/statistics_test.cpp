@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <atomic>
+#include <cstdlib>
 #include <map>
 
 #include <gmock/gmock.h>
@@ -115,6 +116,51 @@ class Asker {
  private:
   const std::unique_ptr<Executor> executor_ = executors().make("events", {});
 };
+
+// In this order, while it runs: nothing, a trace, its pages, nothing.
+TEST(TraceContainer, RecordsARunningContainer) {
+  const Running running(hearts());
+  Asker asker;
+  const auto ask = [&](const TraceContainer::Request& request) {
+    return asker.ask<TraceContainer>("/body/trace", request);
+  };
+  EXPECT_THAT(ask({.command = "stop"}).reason, testing::HasSubstr("it is not traced"));
+  EXPECT_THAT(ask({.command = "start", .clock = "sundial"}).reason,
+              testing::HasSubstr("'sundial' is not a clock"));
+  EXPECT_THAT(ask({.command = "paint"}).reason, testing::HasSubstr("valid: start, stop, read"));
+  ASSERT_TRUE(running.goes_on(3));
+  const std::int64_t before = Clock::steady().now().time_since_epoch().count();
+  EXPECT_EQ(ask({.command = "start", .clock = "boottime"}).reason, "");
+  EXPECT_THAT(ask({.command = "start", .clock = "boottime"}).reason,
+              testing::HasSubstr("traced already"));
+  ASSERT_TRUE(running.goes_on(520));  // of two callbacks: more than one page
+  const auto stopped = ask({.command = "stop"});
+  ASSERT_EQ(stopped.reason, "");
+  EXPECT_EQ(stopped.clock, "boottime");
+  ASSERT_GE(stopped.pages, 2u);
+  const auto& thread = row(stopped.threads, "fast");
+  EXPECT_EQ(thread.executor, "fast");
+  EXPECT_EQ(thread.executor_type, "events");
+  EXPECT_EQ(thread.overwritten, 0u);
+  std::map<std::string, int> counts;
+  std::uint64_t last = 0;  // of the timer's releases: none is missing, none is there twice
+  for (std::uint32_t page = 0; page < stopped.pages; ++page) {
+    for (const auto& event : ask({.command = "read", .page = page}).events) {
+      const auto& callback = stopped.callbacks.at(event.callback);
+      ++counts[callback.name + " " + callback.kind];
+      EXPECT_LE(event.ready_ns, event.picked_ns);
+      EXPECT_LE(event.start_ns, event.end_ns);
+      EXPECT_GE(event.end_ns, before);
+      EXPECT_EQ(event.cause != 0, callback.kind == "subscription");
+      EXPECT_GT(event.sequence, last);
+      last = event.sequence;
+    }
+  }
+  EXPECT_EQ(counts.size(), 2u);
+  EXPECT_GE(counts["/heart/beat subscription"], 520);
+  EXPECT_LE(std::abs(counts["/heart/beat subscription"] - counts["/heart/timer timer"]), 1);
+  EXPECT_THAT(ask({.command = "read"}).reason, testing::HasSubstr("there is no page 0 of 0"));
+}
 
 TEST(GetStatistics, TellsWhatARunningContainerHasDone) {
   const Running running(hearts());

@@ -94,8 +94,8 @@ def timeline(takt, folder):
     run(takt, "run", SYSTEM, "--duration", "1s", "--trace", folder / "trace.json")
     events = json.loads((folder / "trace.json").read_text(encoding="utf-8"))["traceEvents"]
     names = {(event["pid"], event["tid"]): event["args"]["name"] for event in events
-             if event["ph"] == "M" and event["name"] == "thread_name"}
-    slices = [event for event in events if event["ph"] == "X" and (event["pid"], event["tid"]) in names]
+             if event["ph"] == "M" and "is_prompt" in event["args"]}
+    slices = [event for event in events if event["ph"] == "X" and event["cat"] != "sched"]
     begin = sorted(event["ts"] for event in slices)[len(slices) // 2]
     figure, axes = report_page.plt.subplots(figsize=(9, 0.9 + 0.5 * len(names)))
     nodes = sorted({event["name"].split("/")[1] for event in slices})

@@ -46,7 +46,10 @@ void PublisherBase::trace(const Tracepoints& points, const void* message,
   if (published.far == WallTime{}) published.far = WallTime::clock::now();
   points.rclcpp_publish(message);
   points.rcl_publish(this, message);
-  points.rmw_publish(this, message, Nanoseconds(published.far.time_since_epoch()).count());
+  const std::int64_t time = Nanoseconds(published.far.time_since_epoch()).count();
+  points.dds_write(message);
+  points.dds_bind_addr_to_stamp(message, static_cast<std::uint64_t>(time));
+  points.rmw_publish(this, message, time);
 }
 
 bool PublisherBase::is_for_outside_only() const noexcept {

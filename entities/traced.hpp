@@ -3,6 +3,9 @@
 #ifndef TAKT_ENTITIES_TRACED_HPP_
 #define TAKT_ENTITIES_TRACED_HPP_
 
+#include <cstddef>
+#include <string>
+
 #include "takt/base/probes.hpp"
 #include "takt/base/tracepoints.hpp"
 #include "takt/base/visibility.hpp"
@@ -36,6 +39,10 @@ class TracedCallback {
 
 /// An entity was made. `node`: the handle of its node, whose full name is `node_name`.
 void trace_made(const Entity& entity, const void* node, const std::string& node_name);
+
+/// An executor with so many threads was made; a group with callbacks was added to it.
+void trace_executor_made(const void* executor, std::size_t threads);
+void trace_group_added(const void* executor, const CallbackGroup& group);
 
 }  // namespace takt
 

@@ -37,11 +37,23 @@ class CallbackObserver::Callback : public detail::Observed {
 struct CallbackObserver::State final : private Watchdog::Watched {
   State(const ExecutorOptions& of, std::size_t threads)
       : options(of),
-        running(std::max<std::size_t>(of.threads.empty() ? threads : of.threads.size(), 1)) {
+        running(std::max<std::size_t>(of.threads.empty() ? threads : of.threads.size(), 1)),
+        rings(running.size()),
+        is_traced(of.trace_events != 0) {
     if (options.watchdog != nullptr) options.watchdog->add(*this);
   }
   ~State() {
     if (options.watchdog != nullptr) options.watchdog->remove(*this);
+  }
+  /// Of a thread.
+  ThreadStatistics trace_of(std::size_t index) const {
+    ThreadStatistics result;
+    for (const TraceEvent& event : rings[index].events()) {
+      const auto of = traced.find(event.callback);
+      result.trace.push_back(detail::named(event, of != traced.end() ? &of->second : nullptr));
+    }
+    result.trace_overwritten = rings[index].overwritten();
+    return result;
   }
   bool records_times() const noexcept { return options.statistics == StatisticsLevel::full; }
   CallbackStatistics statistics_of(const Callback& callback, bool has_ended) const {
@@ -54,11 +66,13 @@ struct CallbackObserver::State final : private Watchdog::Watched {
 
   const ExecutorOptions options;
   std::vector<std::atomic<int>> running;  // the kernel's number of each thread; 0: it does not run
+  std::vector<TraceRing> rings;           // of each thread
   detail::DispatchLock lock{true};        // of settings and counts
   std::atomic<TimePoint> timers_held{};
   mutable PiMutex mutex;  // guards what follows; taken before the lock
   std::map<CallbackId, std::unique_ptr<Callback>> callbacks;
   CallbackId next_id = 0;
+  bool is_traced;  // or was
   std::map<CallbackId, detail::Traced> traced;
   detail::PastStatistics past;
   std::vector<ThreadStatistics> ended;
@@ -112,7 +126,7 @@ CallbackObserver::Callback& CallbackObserver::add(const std::shared_ptr<Entity>&
   const CallbackId id = state_->next_id++;
   callback->settings = settings_of(*callback, node, id);
   callback->is_checked = callback->must_be_checked(callback->settings);
-  if (state_->options.trace_events != 0 && state_->traced.size() < detail::kMostTraced) {
+  if (state_->is_traced && state_->traced.size() < detail::kMostTraced) {
     state_->traced.emplace(id, *callback);
   }
   return *state_->callbacks.emplace(id, std::move(callback)).first->second;
@@ -197,13 +211,43 @@ std::vector<int> CallbackObserver::running_threads() const {
   return threads;
 }
 
+void CallbackObserver::begin_trace(std::size_t events) {
+  detail::check_begin_trace(state_->options);
+  const std::lock_guard guard(state_->mutex);
+  state_->is_traced = true;
+  for (const auto& [id, callback] : state_->callbacks) {
+    callback->begin_trace();
+    if (state_->traced.size() < detail::kMostTraced) state_->traced.emplace(id, *callback);
+  }
+  for (TraceRing& ring : state_->rings) ring.begin(events);
+}
+
+void CallbackObserver::end_trace() noexcept {
+  const std::lock_guard guard(state_->mutex);
+  if (state_->options.trace_events != 0) return;
+  for (TraceRing& ring : state_->rings) ring.end();
+}
+
+std::vector<ThreadStatistics> CallbackObserver::traces() const {
+  const std::lock_guard guard(state_->mutex);
+  std::vector<ThreadStatistics> result;
+  for (std::size_t i = 0; i < state_->rings.size(); ++i) {
+    result.push_back(state_->trace_of(i));
+    if (const int thread = state_->running[i].load(); thread != 0) {
+      result.back().in_force = thread_state(thread);
+    } else if (i < state_->ended.size()) {
+      result.back().in_force = state_->ended[i].in_force;
+    }
+  }
+  return result;
+}
+
 // ---- Threads ----
 
 struct CallbackObserver::Thread::State {
   CallbackObserver::State& observer;
   const std::size_t index;
   ThreadStatistics statistics = {};
-  std::optional<TraceRing> trace = {};
   // Last: what is above belongs to the set-up.
   RealtimeScope scope = {};
   Nanoseconds cpu_time = thread_cpu_time();
@@ -233,10 +277,8 @@ CallbackObserver::Thread::Thread(CallbackObserver& observer, std::size_t index)
           statistics.in_force = apply(statistics.asked, options.realtime);
         }
         if (is_realtime(statistics.in_force.policy)) prefault_stack();
-        std::optional<TraceRing> trace;
-        if (options.trace_events != 0) trace.emplace(options.trace_events);
-        return std::unique_ptr<State>(
-            new State{*observer.state_, index, std::move(statistics), std::move(trace)});
+        if (options.trace_events != 0) observer.state_->rings[index].begin(options.trace_events);
+        return std::unique_ptr<State>(new State{*observer.state_, index, std::move(statistics)});
       }()) {
   state_->observer.running[index].store(gettid());
 }
@@ -249,13 +291,10 @@ CallbackObserver::Thread::~Thread() {
   mine.cpu_time = thread_cpu_time() - state_->cpu_time;
   mine.wall_time = Clock::steady().now() - state_->begin;
   const std::lock_guard guard(observer.mutex);
-  if (state_->trace) {
-    for (const TraceEvent& event : state_->trace->events()) {
-      const auto of = observer.traced.find(event.callback);
-      mine.trace.push_back(
-          detail::named(event, of != observer.traced.end() ? &of->second : nullptr));
-    }
-    mine.trace_overwritten = state_->trace->overwritten();
+  if (observer.options.trace_events != 0) {
+    ThreadStatistics traced = observer.trace_of(state_->index);
+    mine.trace = std::move(traced.trace);
+    mine.trace_overwritten = traced.trace_overwritten;
   }
   observer.ended.resize(std::max(observer.ended.size(), state_->index + 1));
   observer.ended[state_->index] = std::move(mine);
@@ -296,12 +335,14 @@ void CallbackObserver::Thread::State::execute(Callback& callback, Slot& slot, Ti
     if (is_checked) callback.watch_execution(index, options.watchdog.get());
   }
   std::exception_ptr exception;
-  detail::ExecutionTimes times{.picked = std::max(picked, slot.ready_time)};
+  detail::ExecutionTimes times{.picked = std::max(picked, slot.ready_time),
+                               .is_traced = observer.rings[index].is_on()};
   {
     Dispatch dispatch = callback.dispatch(slot, &callback.settings.info, nullptr, nullptr);
     const Dispatch::Scope scope_of_callback(dispatch);
     if (is_checked) callback.begin_checked(index, dispatch);
-    const detail::ThreadUsage before = trace ? detail::ThreadUsage::now() : detail::ThreadUsage{};
+    const detail::ThreadUsage before =
+        times.is_traced ? detail::ThreadUsage::now() : detail::ThreadUsage{};
     times.start = std::max(options.clock->now(), times.picked);
     try {
       detail::expect_no_lock("callback");
@@ -311,7 +352,7 @@ void CallbackObserver::Thread::State::execute(Callback& callback, Slot& slot, Ti
       exception = std::current_exception();
     }
     times.end = options.clock->now();
-    if (trace) times.used = detail::ThreadUsage::now() - before;
+    if (times.is_traced) times.used = detail::ThreadUsage::now() - before;
     try {
       if (is_checked) callback.check_limits(observer.lock, index, slot, dispatch, times);
     } catch (...) {
@@ -322,7 +363,7 @@ void CallbackObserver::Thread::State::execute(Callback& callback, Slot& slot, Ti
     const std::lock_guard lock(observer.lock);
     if (options.statistics != StatisticsLevel::off) ++callback.counts.executions;
     if (observer.records_times()) callback.record_times(slot, times, options.slices.get());
-    if (trace) callback.trace(*trace, slot, times);
+    if (times.is_traced) callback.trace(observer.rings[index], slot, times);
   }
   if (exception != nullptr) std::rethrow_exception(exception);
 }

@@ -59,6 +59,9 @@ class CallbackObserver {
   std::vector<ThreadStatistics> thread_statistics() const;
   /// The kernel's numbers of the Threads that there are.
   std::vector<int> running_threads() const;
+  void begin_trace(std::size_t events);
+  void end_trace() noexcept;
+  std::vector<ThreadStatistics> traces() const;
 
   /// A thread that runs callbacks.
   class Thread {

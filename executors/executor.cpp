@@ -41,6 +41,11 @@ bool register_executor(std::string name, std::string description, const Executor
                            version);
 }
 
+void Executor::begin_trace(std::size_t) {
+  throw Error("an executor of its own class cannot be traced while it runs",
+              "let it implement begin_trace, end_trace and traces, by its CallbackObserver");
+}
+
 void load_executor(const std::string& name, const std::string& library) {
   load_registered(executors(), name, library, [&](const auto& entry) {
     const std::string& scheduler = entry.traits.scheduler;

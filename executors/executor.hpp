@@ -305,6 +305,14 @@ class Executor {
   /// The kernel's numbers of the threads that run its callbacks now, in spin.
   virtual std::vector<int> running_threads() const { return {}; }
 
+  /// From now on each thread records its last executions, so many, also while it spins. Allocates
+  /// on the calling thread. Throws Error if it cannot, or has `trace_events` for all of its time.
+  virtual void begin_trace(std::size_t events);
+  virtual void end_trace() noexcept {}
+  /// What was recorded since the last begin, while it spins, too: of each thread with its name,
+  /// attributes, and number.
+  virtual std::vector<ThreadStatistics> traces() const { return {}; }
+
  protected:
   virtual FutureReturnCode spin_until_complete(FutureState& future, Nanoseconds timeout) = 0;
 };

@@ -93,6 +93,7 @@ std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::make_child(
   check_spin(options, threads);
   const auto child = std::make_shared<Child>(*this, options, node, group, place);
   child->executor.release_timers(releases_timers_);
+  if (traced_events_ != 0) child->executor.begin_trace(traced_events_);
   children_.push_back(child);
   return child;
 }
@@ -272,6 +273,9 @@ void IsolatedExecutor::end(const std::shared_ptr<Child>& child, Node* node,
   if (is_used(*child, node)) return start(*child);  // it is used again
   try {
     for (const auto& thread : child->executor.thread_statistics()) past_threads_.add(thread);
+    if (past_traces_) {
+      for (const auto& thread : child->executor.traces()) past_traces_->add(thread);
+    }
     for (auto& gone : child->executor.statistics()) past_.add(std::move(gone));
     std::erase(children_, child);
     child->is_gone = true;
@@ -384,6 +388,30 @@ std::vector<int> IsolatedExecutor::running_threads() const {
     for (const int thread : child->executor.running_threads()) result.push_back(thread);
   }
   return result;
+}
+
+void IsolatedExecutor::begin_trace(std::size_t events) {
+  detail::check_begin_trace(options_);
+  const std::lock_guard lock(mutex_);
+  for (const auto& child : children_) child->executor.begin_trace(events);
+  past_traces_.emplace(events);
+  traced_events_ = events;
+}
+
+void IsolatedExecutor::end_trace() noexcept {
+  const std::lock_guard lock(mutex_);
+  for (const auto& child : children_) child->executor.end_trace();
+  traced_events_ = 0;
+}
+
+std::vector<ThreadStatistics> IsolatedExecutor::traces() const {
+  std::vector<ThreadStatistics> result;
+  const std::lock_guard lock(mutex_);
+  for (const auto& child : children_) {
+    for (auto& thread : child->executor.traces()) result.push_back(std::move(thread));
+  }
+  if (!past_traces_) return result;
+  return past_traces_->with(std::move(result));
 }
 
 TAKT_REGISTER_EXECUTOR_CLASS("isolated",

@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -56,6 +57,9 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   std::vector<CallbackStatistics> statistics() const override;
   std::vector<ThreadStatistics> thread_statistics() const override;
   std::vector<int> running_threads() const override;
+  void begin_trace(std::size_t events) override;
+  void end_trace() noexcept override;
+  std::vector<ThreadStatistics> traces() const override;
 
   /// The thread of a child: which one of the options', from 0 and cyclically, and what it asks for.
   struct ChildThread {
@@ -158,6 +162,8 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   // Of the children that were removed.
   detail::PastStatistics past_;
   detail::PastThreads past_threads_{options_.trace_events};
+  std::optional<detail::PastThreads> past_traces_;  // since the last begin_trace()
+  std::size_t traced_events_ = 0;                   // of each child, from begin to end of a trace
   bool releases_timers_ = true;
   const ExceptionHandler* handler_ = nullptr;  // of the spin that runs children on their threads
   std::exception_ptr exception_;

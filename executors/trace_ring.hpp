@@ -4,11 +4,15 @@
 #define TAKT_EXECUTORS_TRACE_RING_HPP_
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
+#include "takt/base/counter.hpp"
 #include "takt/base/time.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/sched/scheduler.hpp"
@@ -28,34 +32,79 @@ struct TraceEvent {
   bool has_waited = false;             // it gave up the CPU by itself: a lock, a sleep, a reply
 };
 
-/// The last executions on one thread: when it is full, the oldest are overwritten.
-/// Thread safety: one writer; read it when the writer has ended.
-/// Real-time: recording stores 88 bytes; nothing allocates after construction.
+// Limit: executions that a thread keeps for a timeline; they take 6 MB. At it: the oldest goes.
+// Seen: `overwritten` of the trace.
+inline constexpr std::size_t kMostTraceEvents = 65'536;
+
+/// The last executions on one thread, while somebody wants them: when it is full, the oldest are
+/// overwritten.
+/// Thread safety: one thread records, another one does the rest, also at the same time. That one
+/// reads each word of an event by itself, and drops those of which some may be of a later event:
+/// 1. The writer counts the event as begun, stores its words, each as a release, and counts it.
+/// 2. The reader loads the words, each as an acquire, then how many have begun: if it has seen a
+///    word of a later event, it sees that this one has begun.
+/// Real-time: recording stores 88 bytes; nothing allocates but begin().
 class TraceRing {
  public:
-  /// Room for so many, rounded up to a power of two.
-  explicit TraceRing(std::size_t capacity)
-      : events_(std::bit_ceil(std::max<std::size_t>(capacity, 1))) {}
-
-  void record(const TraceEvent& event) noexcept {
-    events_[count_++ & (events_.size() - 1)] = event;
+  /// Begins, unless the room is 0.
+  explicit TraceRing(std::size_t capacity = 0) {
+    if (capacity != 0) begin(capacity);
   }
 
+  /// From now on is_on(), with room for so many, rounded up to a power of two. The first call makes
+  /// the room, which stays as it is. What was recorded before is forgotten.
+  void begin(std::size_t capacity) {
+    if (slots_.empty()) slots_ = std::vector<Slot>(std::bit_ceil(capacity));
+    first_ = count_;
+    is_on_.store(true, std::memory_order_release);  // pairs with is_on()
+  }
+  void end() noexcept { is_on_.store(false); }
+
+  /// Of the thread: whether it is to record. Acquire: pairs with begin(), which has made the room.
+  bool is_on() const noexcept { return is_on_.load(std::memory_order_acquire); }
+  /// Of the thread, if it is on, or was when the execution began.
+  void record(const TraceEvent& event) noexcept {
+    std::array<std::uint64_t, kWords> words{};
+    std::memcpy(words.data(), &event, sizeof(event));
+    const std::uint64_t count = count_.own();
+    begun_ = count + 1;
+    Slot& slot = slots_[count & (slots_.size() - 1)];
+    for (std::size_t i = 0; i < kWords; ++i) slot[i].publish(words[i]);
+    count_.publish(count + 1);
+  }
+
+  /// Since it began.
   std::size_t overwritten() const noexcept {
-    return count_ > events_.size() ? count_ - events_.size() : 0;
+    const std::uint64_t count = count_ - first_;
+    return count > slots_.size() ? count - slots_.size() : 0;
   }
   /// From the oldest to the newest.
   std::vector<TraceEvent> events() const {
     std::vector<TraceEvent> result;
-    for (std::size_t i = overwritten(); i < count_; ++i) {
-      result.push_back(events_[i & (events_.size() - 1)]);
+    const std::uint64_t end = count_;
+    const std::uint64_t begin = end - std::min<std::uint64_t>(end - first_, slots_.size());
+    for (std::uint64_t i = begin; i < end; ++i) {
+      std::array<std::uint64_t, kWords> words;
+      const Slot& slot = slots_[i & (slots_.size() - 1)];
+      for (std::size_t word = 0; word < kWords; ++word) words[word] = slot[word];
+      result.push_back(std::bit_cast<TraceEvent>(words));
     }
+    const std::uint64_t begun = begun_;
+    const std::uint64_t gone = begun - begin > slots_.size() ? begun - begin - slots_.size() : 0;
+    result.erase(result.begin(), result.begin() + static_cast<std::ptrdiff_t>(
+                                                      std::min<std::uint64_t>(gone, end - begin)));
     return result;
   }
 
  private:
-  std::vector<TraceEvent> events_;
-  std::size_t count_ = 0;
+  static constexpr std::size_t kWords = sizeof(TraceEvent) / sizeof(std::uint64_t);
+  static_assert(kWords * sizeof(std::uint64_t) == sizeof(TraceEvent));
+  using Slot = std::array<Counter<>, kWords>;
+
+  std::vector<Slot> slots_;
+  Counter<> begun_, count_;  // of all that were to be recorded, and are
+  std::atomic<bool> is_on_{false};
+  std::uint64_t first_ = 0;  // the count when it began
 };
 
 }  // namespace takt

@@ -2,8 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/trace_ring.hpp"
 
+#include <atomic>
+#include <thread>
+
 #include <gmock/gmock.h>
 
+#include "takt/base/error.hpp"
 #include "takt/base/manual_clock.hpp"
 #include "takt/executors/executor.hpp"
 
@@ -25,6 +29,76 @@ TEST(TraceRing, KeepsTheNewestAndCountsTheRest) {
   std::vector<std::uint64_t> sequences;
   for (const TraceEvent& event : ring.events()) sequences.push_back(event.sequence);
   EXPECT_THAT(sequences, ElementsAre(3, 4, 5, 6));
+}
+
+// Before, a ring could only be read when its thread had ended.
+TEST(TraceRing, IsReadWhileItsThreadRecords) {
+  TraceRing ring(4);
+  std::atomic<bool> must_end{false};
+  std::thread writer([&] {
+    for (std::uint64_t i = 1; !must_end.load(); ++i)
+      ring.record({.callback = static_cast<CallbackId>(i),
+                   .sequence = i,
+                   .lost = i,
+                   .cpu_time = Nanoseconds(i)});
+  });
+  std::size_t read = 0;
+  std::uint64_t newest = 0;
+  while (read < 1000) {
+    std::uint64_t before = 0;
+    for (const TraceEvent& event : ring.events()) {
+      ++read;
+      ASSERT_TRUE(event.lost == event.sequence && event.cpu_time == Nanoseconds(event.sequence));
+      ASSERT_TRUE(before == 0 || event.sequence == before + 1);
+      before = event.sequence;
+    }
+    ASSERT_TRUE(before == 0 || before >= newest);
+    newest = std::max(newest, before);
+  }
+  must_end = true;
+  writer.join();
+}
+
+TEST(TraceRing, BeginsAgainWithWhatComesThen) {
+  TraceRing ring;
+  EXPECT_FALSE(ring.is_on());
+  for (const std::uint64_t first : {1, 11}) {
+    ring.begin(4);
+    for (std::uint64_t i = first; i < first + 3; ++i) ring.record({.sequence = i});
+    ring.end();
+    std::vector<std::uint64_t> sequences;
+    for (const TraceEvent& event : ring.events()) sequences.push_back(event.sequence);
+    EXPECT_THAT(sequences, ElementsAre(first, first + 1, first + 2));
+    EXPECT_EQ(ring.overwritten(), 0u);
+  }
+}
+
+TEST(Trace, BeginsAndEndsWhileAnExecutorLives) {
+  for (const std::string& type : executors().names()) {
+    ManualClock clock;
+    const auto node = std::make_shared<Node>("robot", NodeOptions{.clock = &clock});
+    const auto executor = executors().make(type, {.clock = &clock});
+    const auto timer = node->create_timer("tick", 10ms, [] {});
+    executor->add_node(node);
+    const auto run = [&] {
+      clock.work(10ms);
+      executor->spin_some();
+    };
+    run();
+    executor->begin_trace(16);
+    run();
+    run();
+    executor->end_trace();
+    run();
+    std::vector<std::string> ready;
+    for (const ThreadStatistics& thread : executor->traces()) {
+      for (const NamedTraceEvent& event : thread.trace)
+        ready.push_back(event.name + " " + std::to_string(event.ready.time_since_epoch() / 1ms));
+    }
+    EXPECT_THAT(ready, ElementsAre("/robot/tick 20", "/robot/tick 30")) << type;
+    const auto traced = executors().make(type, {.trace_events = 16, .clock = &clock});
+    EXPECT_THROW(traced->begin_trace(16), Error) << type;
+  }
 }
 
 TEST(Trace, RecordsWhatRanWhenAndWhatWasLost) {

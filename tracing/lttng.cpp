@@ -1,16 +1,33 @@
-// The library libtakt_lttng: what Takt does, as ROS 2's tracepoints for LTTng. A process
-// loads it only if somebody asks, see base/tracepoints.hpp.
+// The library libtakt_lttng: what Takt does, as ROS 2's and CARET's tracepoints for LTTng. A
+// process loads it only if somebody asks, see base/tracepoints.hpp.
 // SPDX-License-Identifier: Apache-2.0
 #define LTTNG_UST_TRACEPOINT_CREATE_PROBES
 #define LTTNG_UST_TRACEPOINT_DEFINE
+#include <cstdint>
+#include <ctime>
+
 #include <lttng/ust-thread.h>
 
 #include "takt/base/tracepoints.hpp"
 
+#include "caret_tracepoints.h"
 #include "ros2_tracepoints.h"
 
 #define TAKT_EVENT(event) \
   .event = [](auto... values) { lttng_ust_tracepoint(ros2, event, values...); }
+
+#define TAKT_CARET_EVENT(event) \
+  .event = [](auto... values) { lttng_ust_tracepoint(ros2_caret, event, values...); }
+
+/// Of what happens once, at the begin: CARET records some of it again later, with the first time.
+#define TAKT_CARET_INIT_EVENT(event) \
+  .event = [](auto... values) { lttng_ust_tracepoint(ros2_caret, event, values..., now()); }
+
+static std::int64_t now() {
+  timespec time{};
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+}
 
 /// What libtakt looks for.
 extern "C" __attribute__((visibility("default"))) const takt::Tracepoints* takt_tracepoints() {
@@ -45,6 +62,16 @@ extern "C" __attribute__((visibility("default"))) const takt::Tracepoints* takt_
       TAKT_EVENT(rclcpp_executor_get_next_ready),
       TAKT_EVENT(rclcpp_executor_wait_for_work),
       TAKT_EVENT(rclcpp_executor_execute),
+      TAKT_CARET_EVENT(caret_init),
+      TAKT_CARET_INIT_EVENT(rmw_implementation),
+      TAKT_CARET_INIT_EVENT(construct_executor),
+      TAKT_CARET_INIT_EVENT(add_callback_group),
+      TAKT_CARET_INIT_EVENT(callback_group_add_timer),
+      TAKT_CARET_INIT_EVENT(callback_group_add_subscription),
+      TAKT_CARET_INIT_EVENT(callback_group_add_service),
+      TAKT_CARET_INIT_EVENT(callback_group_add_client),
+      TAKT_CARET_EVENT(dds_write),
+      TAKT_CARET_EVENT(dds_bind_addr_to_stamp),
   };
   return &kTable;
 }

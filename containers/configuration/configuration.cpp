@@ -33,6 +33,13 @@ const OwnValues& own_values_of(const std::string& scheduler, const SystemDescrip
   return found != system.schedulers.end() ? found->second : none;
 }
 
+const ThreadDescription* find_thread(const SystemDescription& system, std::string_view name) {
+  const auto found =
+      std::find_if(system.threads.begin(), system.threads.end(),
+                   [&](const ThreadDescription& each) { return each.attributes.name == name; });
+  return found != system.threads.end() ? &*found : nullptr;
+}
+
 std::string full_name(const ComponentDescription& component) {
   if (component.name.empty()) return {};
   return full_node_name(component.name_space, component.name);

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "takt/base/logger.hpp"
@@ -217,6 +218,9 @@ struct SystemDescription {
 
 /// The values of the keys that this scheduler brings; empty: the file has none.
 const OwnValues& own_values_of(const std::string& scheduler, const SystemDescription& system);
+
+/// The thread of this name; nullptr: the file has none.
+const ThreadDescription* find_thread(const SystemDescription& system, std::string_view name);
 
 /// The load policy of a process: that of its first container, which has the process's name.
 LoadPolicy load_policy(const SystemDescription& process);

@@ -2,17 +2,10 @@
 #include "takt/containers/watching/preemptions.hpp"
 
 #include <algorithm>
-#include <array>
-#include <bit>
-#include <cerrno>
-#include <cstring>
 #include <fstream>
 
 #include <fmt/format.h>
-#include <linux/perf_event.h>
 #include <sched.h>
-#include <sys/mman.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
@@ -22,9 +15,6 @@
 namespace takt {
 namespace {
 
-// Limit: bytes of switches of a CPU that wait for a look, 32 for each. At it: further ones are not
-// seen. Seen: a note of the result.
-constexpr std::size_t kMostRecordBytes = std::size_t{1} << 20;
 // Limit: threads of others that are told apart in a look. At it: the rest is one. Seen: "others".
 constexpr std::size_t kMostPreemptors = 20;
 
@@ -90,88 +80,14 @@ std::vector<ThreadState> realtime_ones(const std::vector<int>& threads) {
 
 }  // namespace
 
-/// The switches of a CPU, as the kernel writes them into a ring.
-class Preemptions::Records {
- public:
-  struct Switch {
-    std::uint32_t process = 0, thread = 0;            // that goes
-    std::uint32_t next_process = 0, next_thread = 0;  // that comes
-    bool was_preempted = false;                       // else it sleeps now
-  };
-
-  explicit Records(int cpu) {
-    perf_event_attr wanted{};
-    wanted.type = PERF_TYPE_SOFTWARE;
-    wanted.size = sizeof(wanted);
-    wanted.config = PERF_COUNT_SW_DUMMY;
-    wanted.sample_type = PERF_SAMPLE_TID;
-    wanted.sample_id_all = 1;
-    wanted.context_switch = 1;
-    wanted.exclude_kernel = wanted.exclude_hv = 1;
-    fd_ =
-        static_cast<int>(syscall(SYS_perf_event_open, &wanted, -1, cpu, -1, PERF_FLAG_FD_CLOEXEC));
-    if (fd_ < 0) throw Error("perf_event_open: " + errno_message(errno));
-    memory_ = mmap(nullptr, page_ + kMostRecordBytes, PROT_READ | PROT_WRITE, MAP_SHARED, fd_, 0);
-    if (memory_ == MAP_FAILED) {
-      const int error = errno;
-      close(fd_);
-      throw Error("perf_event_open: " + errno_message(error));
-    }
-  }
-  ~Records() {
-    munmap(memory_, page_ + kMostRecordBytes);
-    close(fd_);
-  }
-  Records(const Records&) = delete;
-  Records& operator=(const Records&) = delete;
-
-  /// Calls it with each switch since the last time. Returns false if some were not recorded.
-  template <class Visit>
-  bool visit(Visit&& visit) {
-    auto& head = *static_cast<perf_event_mmap_page*>(memory_);
-    // Acquire: pairs with the kernel's release, after what it has written.
-    const std::uint64_t end = __atomic_load_n(&head.data_head, __ATOMIC_ACQUIRE);
-    bool is_complete = true;
-    std::uint64_t at = head.data_tail;
-    while (at < end) {
-      const auto header = read<perf_event_header>(at);
-      if (header.size == 0) break;
-      is_complete = is_complete && header.type != PERF_RECORD_LOST;
-      if (header.type == PERF_RECORD_SWITCH_CPU_WIDE &&
-          (header.misc & PERF_RECORD_MISC_SWITCH_OUT) != 0) {
-        const auto [next_process, next_thread, process, thread] =
-            read<std::array<std::uint32_t, 4>>(at + sizeof(header));
-        visit(Switch{process, thread, next_process, next_thread,
-                     (header.misc & PERF_RECORD_MISC_SWITCH_OUT_PREEMPT) != 0});
-      }
-      at += header.size;
-    }
-    // Release: the kernel writes there only after we have read.
-    __atomic_store_n(&head.data_tail, at, __ATOMIC_RELEASE);
-    return is_complete;
-  }
-
- private:
-  template <class T>
-  T read(std::uint64_t at) const {
-    std::array<char, sizeof(T)> bytes;
-    for (std::size_t i = 0; i < sizeof(T); ++i) {
-      bytes[i] = static_cast<const char*>(memory_)[page_ + (at + i) % kMostRecordBytes];
-    }
-    return std::bit_cast<T>(bytes);
-  }
-
-  const std::size_t page_ = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-  int fd_ = -1;
-  void* memory_ = nullptr;
-};
-
 Preemptions::Preemptions() = default;
 Preemptions::~Preemptions() = default;
 
 void Preemptions::begin(const std::vector<int>& threads, const std::set<int>& cpus) {
   try {
-    for (const int cpu : cpus) records_.push_back(std::make_unique<Records>(cpu));
+    for (const int cpu : cpus) {
+      records_.push_back(std::make_unique<SwitchRecords>(cpu, SwitchRecords::Full::loses));
+    }
   } catch (const Error& error) {
     records_.clear();
     note_ = fmt::format("who ran before the threads of callbacks was checked coarsely: {}",
@@ -211,7 +127,7 @@ std::vector<Preemptions::Found> Preemptions::by_records(const std::vector<int>& 
     ++one.count;
   };
   for (const auto& records : records_) {
-    const bool is_complete = records->visit([&](const Records::Switch& change) {
+    const bool is_complete = records->visit([&](const SwitchRecords::Switch& change) {
       const auto gone = find(change.thread);
       const auto come = find(change.next_thread);
       if (change.was_preempted && change.process == own && gone != ours.end()) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "takt/base/visibility.hpp"
+#include "takt/containers/watching/switch_records.hpp"
 
 namespace TAKT_INTERNAL takt {
 
@@ -18,7 +19,7 @@ namespace TAKT_INTERNAL takt {
 /// the system, or that is as urgent and has let it wait, also one that has ended since. Otherwise
 /// by the involuntary switches of the threads that no other one of the system may preempt. Thread
 /// safety: none. Real-time: no; where it is permitted, each switch of a thread on these CPUs costs
-/// the kernel a record of 32 bytes.
+/// the kernel two records of 32 bytes.
 class Preemptions {
  public:
   struct Found {
@@ -44,13 +45,11 @@ class Preemptions {
   const std::string& note() const noexcept { return note_; }
 
  private:
-  class Records;
-
   std::vector<Found> by_records(const std::vector<int>& threads);
   std::vector<Found> by_counts(const std::vector<int>& threads);
 
-  std::vector<std::unique_ptr<Records>> records_;  // by CPU; empty: coarsely
-  std::map<int, std::uint64_t> counts_;            // involuntary switches, by thread
+  std::vector<std::unique_ptr<SwitchRecords>> records_;  // by CPU; empty: coarsely
+  std::map<int, std::uint64_t> counts_;                  // involuntary switches, by thread
   std::string note_;
 };
 

@@ -11,6 +11,7 @@
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/base/same_owner.hpp"
+#include "takt/entities/traced.hpp"
 #include "takt/entities/wait_in_callback.hpp"
 
 namespace takt::detail {
@@ -19,6 +20,7 @@ Callbacks::Callbacks(const ExecutorOptions& options, Dispatcher& dispatcher)
     : options_(options), dispatcher_(dispatcher), changes_(dispatcher, options) {
   WaitInCallback::set_duty(Dispatcher::install_updates_here);
   if (options.watchdog != nullptr) options.watchdog->add(*this);
+  trace_executor_made(this, dispatcher.workers().all().size());
 }
 
 Callbacks::~Callbacks() {
@@ -144,6 +146,7 @@ std::unique_ptr<CallbackRecord> Callbacks::make_record(const std::shared_ptr<Ent
   if (record->exclusion == nullptr) {
     record->exclusion = std::make_shared<Exclusion>(record->group->type());
     group.alive = record->exclusion;
+    trace_group_added(this, *record->group);
   }
   const auto& order = options_.order;
   const auto listed = std::find_if(order.begin(), order.end(), [&](const std::string& name) {
@@ -471,15 +474,6 @@ std::size_t Callbacks::pending() const noexcept {
 std::vector<CallbackStatistics> Callbacks::statistics() const {
   const std::lock_guard lock(mutex_);
   return dispatcher_.observation().statistics(records_, removed_);
-}
-
-std::vector<ThreadStatistics> Callbacks::thread_statistics() const {
-  const std::lock_guard lock(mutex_);
-  if (is_spinning_) {
-    throw Error("executor '" + options_.name + "' is spinning",
-                "read the statistics of its threads afterwards");
-  }
-  return dispatcher_.observation().thread_statistics(records_, dispatcher_.workers());
 }
 
 // Runs on the watchdog's thread. The handler runs without the mutex, and may destroy this: that of

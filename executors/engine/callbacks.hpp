@@ -42,6 +42,10 @@ class Callbacks final : private NodeListener, private Watchdog::Watched {
   std::size_t pending() const noexcept;
   std::vector<CallbackStatistics> statistics() const;
   std::vector<ThreadStatistics> thread_statistics() const;
+  void begin_trace(std::size_t events);
+  void end_trace() noexcept;
+  /// `threads`: the kernel's numbers, by worker; 0: it does not run.
+  std::vector<ThreadStatistics> traces(const std::vector<std::atomic<int>>& threads) const;
 
   // As DispatchingExecutor.
   void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups, Node& node,

@@ -131,7 +131,8 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
   const bool is_checked = execution.is_checked;
   // A scheduler that looks at times needs no more than when one callback ended and the next one
   // was picked: on one worker that is one reading.
-  ExecutionTimes times{picked, picked, picked, execution.as_picked.has_value()};
+  ExecutionTimes times{picked, picked, picked, execution.as_picked.has_value(),
+                       worker.trace.is_on()};
   if (execution.is_taken && AbortedInstances::contains(slot.chain_instance) &&
       record.entity->kind() == EntityKind::subscription) {
     discard(execution);
@@ -145,17 +146,17 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
   if (is_checked) [[unlikely]]
     record.begin_checked(worker.index, dispatch);
   ThreadUsage before;
-  if (worker.trace != nullptr) [[unlikely]]
+  if (times.is_traced) [[unlikely]]
     before = ThreadUsage::now();
   // Last before the callback: what is done for it, in no cache, belongs to the latency.
-  if (times.are_read && (is_checked || (times_take_ && !starts_at_once(worker, execution))))
+  if (times.are_read && (is_checked || (times_take_ && !starts_at_once(times, execution))))
       [[unlikely]]
     times.start = options_.clock->now();
   call(execution);
   // Before the user's handlers of limits, and before the wait for the lock.
   if (times.are_read || is_checked) [[unlikely]]
     times.end = options_.clock->now();
-  if (worker.trace != nullptr) [[unlikely]]
+  if (times.is_traced) [[unlikely]]
     times.used = ThreadUsage::now() - before;
   if (is_checked) [[unlikely]] {
     try {
@@ -195,7 +196,7 @@ void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes& ti
     times.start = std::max(times.start, times.picked);
     if (is_taken && observation_.records_times())
       record.record_times(execution.slot, times, options_.slices.get());
-    if (is_taken && worker.trace != nullptr) record.trace(*worker.trace, execution.slot, times);
+    if (is_taken && times.is_traced) record.trace(worker.trace, execution.slot, times);
     const auto& [callback, label] = *execution.as_picked;
     ready_.report_execution(record, callback, times.end - times.start);
     if (rule_ != nullptr && rule_->uses_time())
@@ -208,8 +209,9 @@ void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes& ti
 
 // A pointer was taken, right after a brief callback on the only worker: when that has ended says as
 // much as another reading.
-bool Dispatcher::starts_at_once(const Worker& worker, const Execution& execution) const noexcept {
-  return !workers_.lock().is_shared() && has_just_run_ && worker.trace == nullptr &&
+bool Dispatcher::starts_at_once(const ExecutionTimes& times,
+                                const Execution& execution) const noexcept {
+  return !workers_.lock().is_shared() && has_just_run_ && !times.is_traced &&
          execution.record->settings.info.kind == EntityKind::subscription &&
          execution.slot.message->origin.writer == 0;
 }

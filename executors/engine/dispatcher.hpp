@@ -107,7 +107,7 @@ class Dispatcher {
   ExecutionTimes run(Worker& worker, Execution& execution, TimePoint picked,
                      StagedOutputs* outputs) noexcept;
   void call(Execution& execution) noexcept;
-  bool starts_at_once(const Worker& worker, const Execution& execution) const noexcept;
+  bool starts_at_once(const ExecutionTimes& times, const Execution& execution) const noexcept;
   void finish(Worker& worker, Execution& execution, ExecutionTimes& times) noexcept
       TAKT_REQUIRES(workers_.lock());
   void discard(Execution& execution) noexcept;

@@ -55,6 +55,9 @@ class DispatchingExecutor final : public Executor {
     return callbacks_.thread_statistics();
   }
   std::vector<int> running_threads() const override;
+  void begin_trace(std::size_t events) override { callbacks_.begin_trace(events); }
+  void end_trace() noexcept override { callbacks_.end_trace(); }
+  std::vector<ThreadStatistics> traces() const override { return callbacks_.traces(running_); }
 
   // For executors that are made of others (isolated) and run them on one thread.
 

@@ -32,7 +32,7 @@ CallbackStatistics Observation::statistics_of(const CallbackRecord& record) cons
 
 void Observation::remember(const CallbackRecord& record) {
   if (has_ended_ || !record.is_handed_over) return;
-  if (options_.trace_events != 0 && traced_.size() < kMostTraced) {
+  if (is_traced_ && traced_.size() < kMostTraced) {
     traced_.emplace(record.id(), record);
   }
   if (options_.statistics != StatisticsLevel::off) past_.add(statistics_of(record));
@@ -49,27 +49,6 @@ std::vector<CallbackStatistics> Observation::statistics(const CallbackRecords& r
     if (record->entity != nullptr) past.add(statistics_of(*record));
   }
   return past.with(std::move(present));
-}
-
-std::vector<ThreadStatistics> Observation::thread_statistics(const CallbackRecords& records,
-                                                             const Workers& workers) const {
-  std::vector<ThreadStatistics> threads = threads_;
-  if (options_.trace_events == 0) return threads;
-  const auto with_name = [&](const TraceEvent& event) {
-    if (const auto present = records.find(event.callback); present != records.end()) {
-      const Traced traced(*present->second);
-      return named(event, &traced);
-    }
-    const auto gone = traced_.find(event.callback);
-    return named(event, gone != traced_.end() ? &gone->second : nullptr);
-  };
-  threads.resize(workers.all().size());
-  for (const Worker& worker : workers.all()) {
-    ThreadStatistics& thread = threads[worker.index];
-    for (const TraceEvent& event : worker.trace->events()) thread.trace.push_back(with_name(event));
-    thread.trace_overwritten = worker.trace->overwritten();
-  }
-  return threads;
 }
 
 }  // namespace takt::detail

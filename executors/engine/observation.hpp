@@ -23,7 +23,8 @@ namespace takt::detail {
 class Observation {
  public:
   /// `rule`: nullptr if there is none.
-  Observation(const ExecutorOptions& options, const Rule* rule) : options_(options), rule_(rule) {}
+  Observation(const ExecutorOptions& options, const Rule* rule)
+      : options_(options), rule_(rule), is_traced_(options.trace_events != 0) {}
 
   // ---- Workers ----
 
@@ -52,6 +53,11 @@ class Observation {
   /// callbacks.
   std::vector<ThreadStatistics> thread_statistics(const CallbackRecords& records,
                                                   const Workers& workers) const;
+  /// As Executor.
+  void begin_trace(const CallbackRecords& records, Workers& workers, std::size_t events);
+  /// Of each worker, without its thread.
+  std::vector<ThreadStatistics> traces(const CallbackRecords& records,
+                                       const Workers& workers) const;
 
  private:
   bool is_pending(const CallbackRecord& record) const noexcept;
@@ -63,6 +69,7 @@ class Observation {
   std::atomic<TimePoint> timers_held_{};  // since when; {}: they are not
   std::vector<ThreadStatistics> threads_;
   PastStatistics past_;                  // of removed callbacks
+  bool is_traced_;                       // or was
   std::map<CallbackId, Traced> traced_;  // of these, too
   bool has_ended_ = false;
 };

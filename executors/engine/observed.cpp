@@ -3,8 +3,10 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
 #include <sys/resource.h>
 
+#include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/entities/execution_watch.hpp"
 #include "takt/executors/latency_slices.hpp"
@@ -92,7 +94,7 @@ void Observed::trace(TraceRing& ring, const Slot& slot, const ExecutionTimes& at
                                      ? slot.sequence
                                      : instance_before_joins(slot.chain_instance),
                .path = extend_path(slot.path, entity->mark()),
-               .lost = lost - std::exchange(lost_before, lost),
+               .lost = lost - lost_before.exchange(lost),
                .ready = slot.ready_time == TimePoint{} ? at.picked : slot.ready_time,
                .picked = at.picked,
                .start = at.start,
@@ -251,6 +253,17 @@ CallbackStatistics Observed::statistics(const Entity::Counts& counted) const {
 std::uint64_t releases_left(const Entity& timer, TimePoint held) noexcept {
   const TimePoint due = timer.next_release().value_or(kNever);
   return due > held ? 0 : static_cast<std::uint64_t>((held - due) / timer.period()) + 1;
+}
+
+void check_begin_trace(const ExecutorOptions& options) {
+  if (options.trace_events != 0) {
+    throw Error(fmt::format("executor '{}' is traced for all of its time", options.name),
+                "end that run: it writes its trace then");
+  }
+  if (options.statistics != StatisticsLevel::full) {
+    throw Error(fmt::format("executor '{}' reads no times, so it cannot be traced", options.name),
+                "make it with statistics `full`");
+  }
 }
 
 NamedTraceEvent named(const TraceEvent& event, const Traced* of) {

@@ -44,7 +44,8 @@ struct ThreadUsage {
 /// Of one execution.
 struct ExecutionTimes {
   TimePoint picked, start, end;
-  bool are_read = false;  // otherwise all are the time of the pick
+  bool are_read = false;   // otherwise all are the time of the pick
+  bool is_traced = false;  // the thread recorded when the execution began
   ThreadUsage used = {};
 };
 
@@ -125,7 +126,7 @@ struct Observed {
 
   // Dispatches write what follows, too: no publisher reads it.
   alignas(64) DispatchCounts counts;
-  std::uint64_t lost_before = 0;  // what the entity had lost when last traced
+  std::atomic<std::uint64_t> lost_before{0};  // what the entity had lost when last traced
 
   CallbackId id() const noexcept { return settings.info.id; }
   bool is_timer() const noexcept { return settings.info.kind == EntityKind::timer; }
@@ -140,6 +141,8 @@ struct Observed {
   void begin_counting() noexcept;
   /// It no longer does.
   void end_counting() noexcept;
+  /// What it has lost so far is no execution's that is traced.
+  void begin_trace() noexcept { lost_before.store(entity->lost()); }
 
   /// Of what was taken.
   Dispatch dispatch(const Slot& slot, const CallbackInfo* info, StagedOutputs* outputs,
@@ -181,6 +184,9 @@ std::uint64_t releases_left(const Entity& timer, TimePoint held) noexcept;
 // Limit: removed callbacks that an executor names in its trace. At it: the others are "(removed)".
 // Seen: in the trace.
 inline constexpr std::size_t kMostTraced = 10'000;
+
+/// Throws Error if the executor with these options cannot begin a trace while it runs.
+void check_begin_trace(const ExecutorOptions& options);
 
 /// What a trace says of a callback.
 struct Traced {

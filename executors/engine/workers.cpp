@@ -42,8 +42,7 @@ Workers::Workers(const ExecutorOptions& options, const std::vector<ThreadAttribu
     all_[i].index = i;
     all_[i].attributes = thread;
     all_[i].dispatcher = &dispatcher;
-    if (options.trace_events != 0)
-      all_[i].trace = std::make_unique<TraceRing>(options.trace_events);
+    if (options.trace_events != 0) all_[i].trace.begin(options.trace_events);
     all_[i].may_search = lock_.is_shared() && !is_manual && policy == nullptr &&
                          std::all_of(threads.begin(), threads.end(), is_not_above);
   }

@@ -25,8 +25,8 @@ struct alignas(64) Worker {
   std::size_t index = 0;
   ThreadAttributes attributes = {};
   Dispatcher* dispatcher = nullptr;
-  std::unique_ptr<TraceRing> trace = nullptr;  // where it traces, if it does
-  bool may_search = false;                     // no thread of the pool is more urgent
+  TraceRing trace = TraceRing();
+  bool may_search = false;         // no thread of the pool is more urgent
   bool runs_again = false;         // in a pool: the callback that it is in has announced itself
   TimePoint waits_until = kNever;  // a release; guarded by the lock
   Nanoseconds spin_time{0};        // since spin began

@@ -65,6 +65,9 @@ class ByHand final : public Executor {
     return observer_.thread_statistics();
   }
   std::vector<int> running_threads() const override { return observer_.running_threads(); }
+  void begin_trace(std::size_t events) override { observer_.begin_trace(events); }
+  void end_trace() noexcept override { observer_.end_trace(); }
+  std::vector<ThreadStatistics> traces() const override { return observer_.traces(); }
 
  private:
   struct Member final : Sink {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -35,14 +36,12 @@
 namespace takt::tools::run_command {
 namespace {
 
-/// Executions kept for each thread; they take 5 MB.
-constexpr std::size_t kTraceEvents = 65'536;
-
 struct Options {
   std::string process;  // of a system whose parent is at the other end of the connection
   int connection = -1;
   std::string file, name, executor, placement = "file", scheduler, composition = "file",
-                                    transport = "auto", duration, trace, recordings;
+                                    transport = "auto", duration, trace, trace_clock = "monotonic",
+                                    recordings;
   ResultFiles results;
   std::vector<std::string> load;
   bool histograms = false, watches_bounds = false;
@@ -156,7 +155,7 @@ Nanoseconds duration_of(const Options& options) {
 }
 
 std::size_t trace_events(const Options& options) {
-  return options.trace.empty() ? 0 : kTraceEvents;
+  return options.trace.empty() ? 0 : kMostTraceEvents;
 }
 
 ContainerOverrides overrides(const Options& options) {
@@ -290,6 +289,8 @@ void run(const Options& options) {
   options.results.check();
   const std::vector<SystemDescription> system = processes(options);
   check_watching(system, options);
+  std::optional<TraceRecorder> recorder;
+  if (!options.trace.empty()) recorder.emplace(options.trace_clock);
   auto [run, failed, signal] = run_system(system, options);
   run.file = options.name.empty() ? with_program(options.file) : "--name " + options.name;
   run.executor = options.executor.empty() ? "file" : options.executor;
@@ -304,11 +305,12 @@ void run(const Options& options) {
   }
   if (!options.trace.empty()) {
     if (!run.trace) run.trace.emplace();
-    write_trace(make_trace(run, system.size() > 1,
-                           [&](const rt::Run::Traced& thread) {
-                             return is_triggered(system, thread, options);
-                           }),
-                options.trace);
+    write_trace(
+        make_trace(
+            run, system.size() > 1,
+            [&](const rt::Run::Traced& thread) { return is_triggered(system, thread, options); },
+            recorder->end()),
+        options.trace);
   }
   run.trace.reset();
   // Write the file first: a closed stdout must not lose it.
@@ -375,6 +377,7 @@ void set_up(CLI::App* command) {
                     "Compare what runs with what `takt analyze` assumes, and say what deviates");
   add_output(*command, "--trace", options->trace,
              "Write a timeline for ui.perfetto.dev or chrome://tracing, and takt model");
+  trace_clock_option(command, options->trace_clock);
   // Of a child of this command.
   command->add_option("--process", options->process)->group("");
   command->add_option("--connection", options->connection)->group("");

@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/trace_clock.hpp"
 #include "takt/containers/container.hpp"
 
 namespace takt::tools {
@@ -80,6 +81,13 @@ CLI::Option* placement_option(CLI::App* command, std::string& placement) {
           "keeps its components, threads and scheduler. merged: one serves all components "
           "of a process, with all their threads (default: file)"),
       placements());
+}
+
+CLI::Option* trace_clock_option(CLI::App* command, std::string& clock) {
+  return one_of(command->add_option("--trace-clock", clock,
+                                    "The clock of the trace's times, to fit those of ftrace, perf "
+                                    "or LTTng (default: monotonic)"),
+                TraceClock::names());
 }
 
 CLI::Option* whole_number(CLI::Option* option, std::int64_t least, std::int64_t most) {

@@ -33,6 +33,8 @@ CLI::Option* add_time_option(CLI::App& command, const std::string& names, Nanose
 
 /// Adds --placement, of commands that take --executor: file, or merged.
 CLI::Option* placement_option(CLI::App* command, std::string& placement);
+/// Adds --trace-clock, of commands that record a trace.
+CLI::Option* trace_clock_option(CLI::App* command, std::string& clock);
 
 /// Lets options of all commands that are numbers, and none of the above, say so in the same words;
 /// no value is empty.

@@ -189,13 +189,12 @@ FinishedRun run_apart(const std::vector<SystemDescription>& processes, const Run
 }  // namespace
 
 void give_attributes(const EndSignals& signals, const SystemDescription& system) {
-  for (const ThreadDescription& thread : system.threads) {
-    if (thread.attributes.name != "signals") continue;
-    ThreadState state;
-    signals.run_in_thread(
-        [&] { state = apply(thread.attributes, std::min(system.realtime, Realtime::prefer)); });
-    if (!state.refused.empty()) rt::to_stderr("note: {}\n", state.refused);
-  }
+  const ThreadDescription* const thread = find_thread(system, "signals");
+  if (thread == nullptr) return;
+  ThreadState state;
+  signals.run_in_thread(
+      [&] { state = apply(thread->attributes, std::min(system.realtime, Realtime::prefer)); });
+  if (!state.refused.empty()) rt::to_stderr("note: {}\n", state.refused);
 }
 
 FinishedRun run_processes(const std::vector<SystemDescription>& processes,

@@ -10,7 +10,6 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
-#include "takt/base/output_file.hpp"
 #include "takt/base/regular_file.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/machine.hpp"
@@ -104,123 +103,14 @@ void set_causes(std::vector<TracedExecution>& executions, const std::vector<Foun
   }
 }
 
-// ---- As a file ----
-
-double us(Nanoseconds time) {
-  return static_cast<double>(time.count()) / 1e3;
-}
-
-/// A file of write_trace in the making: processes have numbers there.
-class TraceWriter {
- public:
-  explicit TraceWriter(const Trace& trace) : trace_(trace) {
-    for (const TracedThread& thread : trace_.threads) add(thread);
-    for (std::size_t i = 0; i < trace_.executions.size(); ++i) add(trace_.executions[i], i);
-    add_chains();
-  }
-
-  json document() {
-    std::uint64_t overwritten = 0;
-    for (const TracedThread& thread : trace_.threads) overwritten += thread.overwritten;
-    json other = trace_.about;
-    other["overwritten_executions"] = overwritten;
-    return {{"traceEvents", std::move(events_)},
-            {"displayTimeUnit", "ns"},
-            {"otherData", std::move(other)}};
-  }
-
- private:
-  int process_of(const TracedThread& thread) const { return processes_.at(thread.process); }
-
-  void add(const TracedThread& thread) {
-    const int number = static_cast<int>(processes_.size()) + 1;
-    processes_.try_emplace(thread.process, number);
-    events_.push_back({{"ph", "M"},
-                       {"pid", process_of(thread)},
-                       {"name", "process_name"},
-                       {"args", {{"name", thread.process}}}});
-    events_.push_back({{"ph", "M"},
-                       {"pid", process_of(thread)},
-                       {"tid", thread.tid},
-                       {"name", "thread_name"},
-                       {"args",
-                        {{"name", thread.name},
-                         {"overwritten", thread.overwritten},
-                         {"is_prompt", thread.is_prompt}}}});
-  }
-
-  json event(const char* phase, const TracedExecution& execution, const std::string& name,
-             Nanoseconds time) const {
-    const TracedThread& thread = trace_.threads[execution.thread];
-    return {{"ph", phase},
-            {"pid", process_of(thread)},
-            {"tid", thread.tid},
-            {"name", name},
-            {"ts", us(time)}};
-  }
-
-  /// The execution, the time in the ready queue before it, and a mark for messages lost before it.
-  void add(const TracedExecution& execution, std::size_t number) {
-    json slice = event("X", execution, execution.callback, execution.start);
-    slice["cat"] = execution.kind;
-    slice["dur"] = us(execution.end - execution.start);
-    slice["args"] = {{"number", number},
-                     {"latency_us", us(execution.start - execution.ready)},
-                     {"waiting_us", us(execution.picked - execution.ready)},
-                     {"take_us", us(execution.start - execution.picked)},
-                     {"cpu_us", us(execution.cpu_time)},
-                     {"waited", execution.has_waited},
-                     {"lost", execution.lost},
-                     {"sequence", execution.sequence},
-                     {"chain_instance", execution.chain_instance}};
-    if (execution.cause) slice["args"]["caused_by"] = *execution.cause;
-    events_.push_back(std::move(slice));
-    for (const bool begins : {true, false}) {
-      json wait = event(begins ? "b" : "e", execution, "ready: " + execution.callback,
-                        begins ? execution.ready : execution.picked);
-      wait["cat"] = "ready";
-      wait["id"] = number;
-      events_.push_back(std::move(wait));
-    }
-    if (execution.lost == 0) return;
-    json mark = event("i", execution, fmt::format("{} lost {}", execution.callback, execution.lost),
-                      execution.start);
-    mark["s"] = "t";
-    events_.push_back(std::move(mark));
-  }
-
-  /// Arrows from each execution of a chain instance to the next.
-  void add_chains() {
-    std::map<std::pair<int, std::uint64_t>, std::vector<const TracedExecution*>> chains;
-    for (const TracedExecution& execution : trace_.executions) {
-      chains[{process_of(trace_.threads[execution.thread]), execution.chain_instance}].push_back(
-          &execution);
-    }
-    std::uint64_t number = 0;
-    for (const auto& [instance, steps] : chains) {
-      ++number;
-      for (std::size_t i = 0; steps.size() > 1 && i < steps.size(); ++i) {
-        json arrow = event(i == 0                  ? "s"
-                           : i + 1 == steps.size() ? "f"
-                                                   : "t",
-                           *steps[i], "chain", steps[i]->start);
-        arrow["cat"] = "chain";
-        arrow["id"] = number;
-        arrow["bp"] = "e";
-        events_.push_back(std::move(arrow));
-      }
-    }
-  }
-
-  const Trace& trace_;
-  std::map<std::string, int> processes_;  // name → number
-  json events_ = json::array();
-};
+// ---- From a file ----
 
 /// Throws json::exception if something that make_trace writes there is missing.
 void check_about(const json& about) {
   for (const char* key : {"file", "machine"}) about.at(key).get<std::string>();
   about.at("duration_s").get<double>();
+  about.at("clock").get<std::string>();
+  about.at("begin_ns").get<std::int64_t>();
   for (const json& executor : about.at("executors")) {
     for (const char* key : {"type", "scheduler"}) executor.at(key).get<std::string>();
     executor.at("callbacks").get<std::vector<std::string>>();
@@ -243,12 +133,12 @@ Trace trace_of(const json& document) {
     const std::string phase = event.at("ph");
     if (phase == "M" && event.at("name") == "process_name") {
       processes[event.at("pid")] = event.at("args").at("name");
-    } else if (phase == "M") {
+    } else if (phase == "M" && event.at("args").contains("is_prompt")) {  // else a CPU
       threads[{event.at("pid"), event.at("tid")}] = trace.threads.size();
       const json& args = event.at("args");
       trace.threads.push_back({processes.at(event.at("pid")), args.at("name"), event.at("tid"),
                                args.at("overwritten"), args.at("is_prompt")});
-    } else if (phase == "X") {
+    } else if (phase == "X" && event.at("cat") != "sched") {
       const json& args = event.at("args");
       TracedExecution execution{.thread = threads.at({event.at("pid"), event.at("tid")}),
                                 .callback = event.at("name"),
@@ -275,8 +165,30 @@ Trace trace_of(const json& document) {
 
 }  // namespace
 
+Nanoseconds TraceFrame::on_clock(Nanoseconds monotonic) const {
+  const double passed =
+      std::chrono::duration<double>(monotonic - begin.time_since_epoch()) /
+      std::max(std::chrono::duration<double>(end - begin), std::chrono::duration<double>(1e-9));
+  const auto correction = static_cast<double>((end_offset - begin_offset).count());
+  return monotonic + begin_offset + Nanoseconds(std::llround(correction * passed));
+}
+
+TraceRecorder::TraceRecorder(const std::string& clock) : clock_(clock) {
+  frame_.clock = clock;
+  frame_.begin = Clock::steady().now();
+  frame_.begin_offset = clock_.offset();
+}
+
+TraceFrame TraceRecorder::end() {
+  frame_.end = Clock::steady().now();
+  frame_.end_offset = clock_.offset();
+  frame_.scheduling = scheduling_.end();
+  return frame_;
+}
+
 Trace make_trace(const rt::Run& run, bool has_several_processes,
-                 const std::function<bool(const rt::Run::Traced&)>& is_held) {
+                 const std::function<bool(const rt::Run::Traced&)>& is_held,
+                 const TraceFrame& frame) {
   Trace trace{.about = about(run, has_several_processes)};
   std::vector<Found> all;
   for (const rt::Run::Traced& thread : *run.trace) {
@@ -286,21 +198,27 @@ Trace make_trace(const rt::Run& run, bool has_several_processes,
   }
   std::sort(all.begin(), all.end(),
             [](const Found& a, const Found& b) { return a.execution.start < b.execution.start; });
-  Nanoseconds begin = Nanoseconds::max();
-  for (const Found& one : all) begin = std::min(begin, one.execution.ready);
+  Nanoseconds first = frame.end.time_since_epoch();
+  for (const Found& one : all) first = std::min(first, one.execution.ready);
+  const Nanoseconds begin = frame.on_clock(first);
+  trace.about["clock"] = frame.clock;
+  trace.about["begin_ns"] = begin.count();
   for (const Found& one : all) {
     TracedExecution& execution = trace.executions.emplace_back(one.execution);
     for (auto time : {&TracedExecution::ready, &TracedExecution::picked, &TracedExecution::start,
                       &TracedExecution::end}) {
-      execution.*time -= begin;
+      execution.*time = frame.on_clock(execution.*time) - begin;
     }
   }
   set_causes(trace.executions, all, trace.threads);
+  for (const Scheduling::Event& event : frame.scheduling.events) {
+    trace.switches.push_back({frame.on_clock(event.time.time_since_epoch()) - begin, event.cpu,
+                              event.thread, event.next_thread, event.was_preempted,
+                              event.is_wakeup});
+  }
+  trace.names = frame.scheduling.names;
+  trace.missing = frame.scheduling.missing;
   return trace;
-}
-
-void write_trace(const Trace& trace, const std::string& path) {
-  write_output(path, std::string(kTaktsJson) + rt::json_text(TraceWriter(trace).document()) + "\n");
 }
 
 // Limit: bytes of a trace that `takt model` reads. At it: the file is refused. Seen: the error.

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,8 @@
 #include <nlohmann/json.hpp>
 
 #include "takt/base/time.hpp"
+#include "takt/base/trace_clock.hpp"
+#include "takt/containers/watching/scheduling.hpp"
 #include "takt/measuring/run.hpp"
 
 namespace takt::tools {
@@ -38,22 +41,61 @@ struct TracedThread {
   bool is_prompt = false;
 };
 
+/// What Linux did on a CPU, from then on: it ran another thread, 0 being none; or one woke another.
+struct TracedSwitch {
+  Nanoseconds time{0};
+  int cpu = 0;
+  std::uint32_t thread = 0, next_thread = 0;
+  bool was_preempted = false, is_wakeup = false;
+};
+
 struct Trace {
-  /// What else is known of the run: file, duration_s, machine, callbacks, chains.
+  /// What else is known of the run: file, duration_s, machine, callbacks, chains; of the times:
+  /// clock, and begin_ns, which is 0 of the trace.
   nlohmann::json about;
   std::vector<TracedThread> threads;
-  std::vector<TracedExecution> executions;  // sorted by start
+  std::vector<TracedExecution> executions;     // sorted by start
+  std::vector<TracedSwitch> switches;          // sorted by time; read_trace leaves them out
+  std::map<std::uint32_t, std::string> names;  // of threads in these
+  std::string missing;                         // of the switches, and why
+};
+
+/// When a trace was recorded, by which clock, and what Linux did then.
+struct TraceFrame {
+  std::string clock = "monotonic";
+  TimePoint begin{}, end{};                    // of CLOCK_MONOTONIC
+  Nanoseconds begin_offset{0}, end_offset{0};  // of the clock from that, then
+  Scheduling::Seen scheduling;
+
+  /// A time of CLOCK_MONOTONIC, by the clock: what that is corrected is spread evenly.
+  Nanoseconds on_clock(Nanoseconds monotonic) const;
+};
+
+/// Records it from its construction on. Thread safety: none.
+class TraceRecorder {
+ public:
+  /// Throws Error if there is no such clock.
+  explicit TraceRecorder(const std::string& clock);
+  TraceFrame end();
+
+ private:
+  const TraceClock clock_;
+  TraceFrame frame_;
+  Scheduling scheduling_;
 };
 
 /// Of a run that has one. `is_held`: a trigger or a period decides when the executor of this thread
 /// runs.
 Trace make_trace(const rt::Run& run, bool has_several_processes,
-                 const std::function<bool(const rt::Run::Traced&)>& is_held);
+                 const std::function<bool(const rt::Run::Traced&)>& is_held,
+                 const TraceFrame& frame);
 
 /// Writes it in Chrome's Trace Event Format, for the viewers of Perfetto (ui.perfetto.dev) and
 /// Chrome (chrome://tracing): a slice for each execution on its thread, below it the time in the
-/// ready queue, an arrow from each step of a chain to the next, and a mark where messages were
-/// overwritten or releases missed. Throws Error if the file cannot be written.
+/// ready queue, an arrow from each step of a chain to the next, a mark where messages were
+/// overwritten or releases missed, and a counter for each callback for which more than one has
+/// waited; then a row for each CPU with the threads that ran there, and marks where one of the
+/// trace's was woken. Throws Error if the file cannot be written.
 void write_trace(const Trace& trace, const std::string& path);
 
 /// Reads a file of write_trace. Throws Error if it is none.

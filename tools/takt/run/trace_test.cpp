@@ -28,8 +28,19 @@ rt::Run run(const std::vector<rt::Run::Traced>& threads) {
   return run;
 }
 
+/// From 0 to 1 ms of CLOCK_MONOTONIC; the clock loses 1 us meanwhile.
+TraceFrame frame() {
+  return {.clock = "mono_raw",
+          .begin = TimePoint(Nanoseconds(0)),
+          .end = TimePoint(Nanoseconds(1'000'000)),
+          .begin_offset = Nanoseconds(7'000'000'000'000'000'000),
+          .end_offset = Nanoseconds(6'999'999'999'999'999'000)};
+}
+const TraceFrame kFrame{.end = TimePoint(Nanoseconds(1'000'000))};
+
 Trace trace_of(const std::vector<rt::Run::Traced>& threads) {
-  return make_trace(run(threads), false, [](const rt::Run::Traced&) { return false; });
+  return make_trace(
+      run(threads), false, [](const rt::Run::Traced&) { return false; }, kFrame);
 }
 
 std::string path_of_file() {
@@ -62,12 +73,24 @@ rt::Run::Traced thread(int tid, const std::vector<json>& executions,
           .events = executions};
 }
 
+/// Callback and times in ns of each execution, and which one has caused it.
+std::vector<std::string> lines_of(const Trace& trace) {
+  std::vector<std::string> result;
+  for (const TracedExecution& one : trace.executions) {
+    result.push_back(fmt::format(
+        "{} {} {} {} {} {} {} {} {} by {}", trace.threads[one.thread].tid, one.callback, one.kind,
+        one.lost, one.ready.count(), one.picked.count(), one.start.count(), one.end.count(),
+        one.cpu_time.count(), one.cause ? std::to_string(*one.cause) : "-"));
+  }
+  return result;
+}
+
 TEST(TraceFile, HasASliceForAnExecutionAndOneForItsTimeInTheQueue) {
   const json document = written(
       {thread(7, {execution("/node tick", "timer", 5, 5, 0, 10'000, 12'000, 12'500, 14'000)}, 3)});
   json expected = json::parse(R"({
     "displayTimeUnit": "ns",
-    "otherData": {"overwritten_executions": 3, "file": "robot.yaml", "duration_s": 2.5,
+    "otherData": {"overwritten_executions": 3, "file": "robot.yaml", "duration_s": 2.5, "clock": "monotonic", "begin_ns": 10000,
                   "callbacks": ["/node/tick"],
                   "executors": {"all": {"type": "events", "scheduler": "fifo", "callbacks": ["/node/tick"]}}},
     "traceEvents": [
@@ -102,24 +125,84 @@ TEST(TraceFile, HasAnArrowFromEachStepOfAChainInstanceToTheNext) {
   EXPECT_THAT(arrows, testing::ElementsAre("s 7 1.0", "t 8 3.0", "f 7 5.0"));
 }
 
+// An hour of the boot time in ns is more than a double has digits for, so times count from a begin.
+TEST(TraceFile, SaysItsClockAndTheTimeOfItsBegin) {
+  const Trace trace = make_trace(
+      run({thread(7, {execution("a", "timer", 5, 5, 0, 500'000, 500'000, 600'000, 700'000)})}),
+      false, [](const rt::Run::Traced&) { return false; }, frame());
+  EXPECT_EQ(trace.about.at("clock"), "mono_raw");
+  EXPECT_EQ(trace.about.at("begin_ns"), 7'000'000'000'000'499'500);
+  EXPECT_EQ(trace.executions[0].start, Nanoseconds(99'900));
+  EXPECT_EQ(trace.executions[0].end, Nanoseconds(199'800));
+}
+
+TEST(TraceFile, CountsWhatWaitsWhereThatIsMoreThanOne) {
+  const json document =
+      written({thread(7, {execution("/a/in", "subscription", 5, 5, 0, 0, 3000, 3000, 4000),
+                          execution("/a/in", "subscription", 6, 6, 0, 1000, 4000, 4000, 5000),
+                          execution("/b/in", "subscription", 7, 7, 0, 2000, 5000, 5000, 6000)})});
+  std::vector<std::string> counts;
+  for (const json& event : document.at("traceEvents")) {
+    if (event.at("ph") != "C") continue;
+    counts.push_back(event.at("name").get<std::string>() + " " + event.at("ts").dump() + " " +
+                     event.at("args").at("waiting").dump());
+  }
+  EXPECT_THAT(counts, testing::ElementsAre("waiting: /a/in 0.0 1", "waiting: /a/in 1.0 2",
+                                           "waiting: /a/in 3.0 1", "waiting: /a/in 4.0 0"));
+}
+
+TEST(TraceFile, HasARowForEachCpuAndMarksWakeUps) {
+  TraceFrame frame = kFrame;
+  const auto add = [&](int time, int cpu, std::uint32_t from, std::uint32_t to, bool is_wakeup) {
+    Scheduling::Event event;
+    event.time = TimePoint(Nanoseconds(time));
+    event.cpu = cpu;
+    event.thread = from;
+    event.next_thread = to;
+    event.was_preempted = to == 9;
+    event.is_wakeup = is_wakeup;
+    frame.scheduling.events.push_back(event);
+  };
+  add(1000, 1, 0, 8, false);  // before the first execution
+  add(2500, 1, 8, 7, true);
+  add(3000, 1, 8, 7, false);
+  add(4000, 1, 7, 9, false);
+  add(5000, 1, 9, 0, false);
+  frame.scheduling.names = {{7, "worker"}, {8, "other"}};
+  frame.scheduling.missing = "something, as it may not";
+  const Trace trace = make_trace(
+      run({thread(7, {execution("a", "timer", 5, 5, 0, 2000, 2100, 2200, 4500)})}), false,
+      [](const rt::Run::Traced&) { return false; }, frame);
+  std::filesystem::remove(path_of_file());
+  write_trace(trace, path_of_file());
+  const json document = json::parse(std::ifstream(path_of_file()));
+  std::vector<std::string> rows;
+  for (const json& event : document.at("traceEvents")) {
+    if (event.value("cat", "") != "sched" && event.at("pid") != 2) continue;
+    rows.push_back(fmt::format("{} {} {} {} {} {}", event.at("ph").get<std::string>(),
+                               event.value("tid", -1), event.at("name").get<std::string>(),
+                               event.value("ts", -1.0), event.value("dur", -1.0),
+                               event.contains("args") ? event.at("args").dump() : ""));
+  }
+  EXPECT_THAT(rows,
+              testing::ElementsAre(R"(M -1 process_name -1 -1 {"name":"Linux"})",
+                                   R"(M 1 thread_name -1 -1 {"name":"CPU 1"})",
+                                   R"(i 7 woken by other 0.5 -1 {"by":8,"cpu":1})",
+                                   R"(X 1 other 0 1 {"preempted":false,"tid":8})",
+                                   R"(X 1 worker 1 1 {"preempted":true,"tid":7})",
+                                   R"(X 1 thread 9 2 1 {"preempted":false,"tid":9})",
+                                   R"(M 2 thread_name -1 -1 {"name":"something, as it may not"})",
+                                   "i 2 something, as it may not 0 -1 "));
+  EXPECT_EQ(lines_of(read_trace(path_of_file())), lines_of(trace));
+  std::filesystem::remove(path_of_file());
+}
+
 TEST(TraceFile, MarksWhatWasLostBeforeAnExecution) {
   const json document =
       written({thread(7, {execution("sub", "subscription", 5, 5, 4, 0, 0, 0, 9)})});
   EXPECT_EQ(
       document.at("traceEvents").back(),
       json({{"ph", "i"}, {"pid", 1}, {"tid", 7}, {"name", "sub lost 4"}, {"ts", 0.0}, {"s", "t"}}));
-}
-
-/// Callback and times in ns of each execution, and which one has caused it.
-std::vector<std::string> lines_of(const Trace& trace) {
-  std::vector<std::string> result;
-  for (const TracedExecution& one : trace.executions) {
-    result.push_back(fmt::format(
-        "{} {} {} {} {} {} {} {} {} by {}", trace.threads[one.thread].tid, one.callback, one.kind,
-        one.lost, one.ready.count(), one.picked.count(), one.start.count(), one.end.count(),
-        one.cpu_time.count(), one.cause ? std::to_string(*one.cause) : "-"));
-  }
-  return result;
 }
 
 // Twice on one path: the second one began after the message was published.

@@ -72,6 +72,7 @@ COMMANDS = {
     "service": (["list"], ["call", "/nowhere", "std_srvs/srv/Empty"], ["call"]),
     "top": (None, ["nowhere"], ["--interval", "5"]),
     "topic": (["list"], ["echo", "/nowhere"], ["pub", "/a", "std_msgs/msg/String", "{nothing: 1}"]),
+    "trace": (None, ["stop", "nowhere", "-o", "t.json"], ["stop", "nowhere"]),
 }
 status, text = status_of(["--help"])
 listed = set(re.findall(r"^  (\w+)  ", text[text.index("Subcommands"):], re.M))

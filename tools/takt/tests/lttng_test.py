@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""What LTTng records of Takt: ROS 2's tracepoints, by their names and fields, and as many as a run counts.
+"""What LTTng records of Takt: ROS 2's tracepoints and CARET's, by their names and fields, as many as a run counts, and
+when Takt's own trace says.
 
 usage: lttng_test.py TAKT ROBOT.yaml
 """
@@ -49,6 +50,17 @@ EVENTS = {
     "rclcpp_executor_get_next_ready": "",
     "rclcpp_executor_wait_for_work": "timeout:int64",
     "rclcpp_executor_execute": "handle:address",
+    # Of caret_trace 0.7.3.
+    "ros2_caret:caret_init": "clock_offset:int64 distribution:text",
+    "ros2_caret:rmw_implementation": "rmw_impl:text init_timestamp:int64",
+    "ros2_caret:construct_executor": "executor_addr:address executor_type_name:text init_timestamp:int64",
+    "ros2_caret:add_callback_group": "executor_addr:address callback_group_addr:address group_type_name:text init_timestamp:int64",
+    "ros2_caret:callback_group_add_timer": "callback_group_addr:address timer_handle:address init_timestamp:int64",
+    "ros2_caret:callback_group_add_subscription": "callback_group_addr:address subscription_handle:address init_timestamp:int64",
+    "ros2_caret:callback_group_add_service": "callback_group_addr:address service_handle:address init_timestamp:int64",
+    "ros2_caret:callback_group_add_client": "callback_group_addr:address client_handle:address init_timestamp:int64",
+    "ros2_caret:dds_write": "message:address",
+    "ros2_caret:dds_bind_addr_to_stamp": "addr:address source_stamp:uint64",
 }
 KINDS = [(r"integer \{ size = 64; .*signed = 0; .*base = 16; \}", "address"), (r"integer \{ size = 32; .*signed = 1;.*\}", "int32"),
          (r"integer \{ size = 64; .*signed = 1;.*\}", "int64"), (r"integer \{ size = 64; .*signed = 0;.*base = 10; \}", "uint64"),
@@ -95,7 +107,7 @@ class Session:
         self.name, self.path = f"takt_{os.getpid()}_{name}", folder / name
 
     def __enter__(self):
-        for words in (["create", self.name, f"--output={self.path}"], ["enable-event", "-s", self.name, "-u", "ros2:*"],
+        for words in (["create", self.name, f"--output={self.path}"], ["enable-event", "-s", self.name, "-u", "ros2*"],
                       ["add-context", "-s", self.name, "-u", "-t", "vpid", "-t", "vtid"], ["start", self.name]):
             done = lttng(*words)
             check(f"lttng {words[0]}", done.returncode == 0, done.stderr)
@@ -105,18 +117,18 @@ class Session:
         lttng("destroy", self.name)
 
     def events(self):
-        """(seconds, name, fields and context)."""
-        text = subprocess.run(["babeltrace2", "--clock-seconds", self.path], text=True, capture_output=True, timeout=120).stdout
+        """(ns of CLOCK_MONOTONIC, name, fields and context)."""
+        text = subprocess.run(["babeltrace2", "--clock-cycles", self.path], text=True, capture_output=True, timeout=120).stdout
         for line in text.splitlines():
-            found = re.match(r"\[([\d.]+)\] \(.*?\) \S+ ros2:(\w+): (.*)$", line)
+            found = re.match(r"\[(\d+)\] \(.*?\) \S+ (?:ros2:)?([\w:]+): (.*)$", line)
             fields = dict(re.findall(r'(\w+) = ("(?:[^"\\]|\\.)*"|[^,{}]+?)(?=, \w+ =| \})', found[3]))
-            yield float(found[1]), found[2], fields
+            yield int(found[1]), found[2], fields
 
 
 def fields_of(metadata):
     """Event → its fields, as EVENTS has them, from the description that the trace has of itself."""
     found = {}
-    for name, body in re.findall(r'event \{\s*name = "ros2:(\w+)";.*?fields := struct \{(.*?)\n\t\};\n\};', metadata, re.DOTALL):
+    for name, body in re.findall(r'event \{\s*name = "(?:ros2:)?([\w:]+)";.*?fields := struct \{(.*?)\n\t\};\n\};', metadata, re.DOTALL):
         fields = []
         for line in filter(None, map(str.strip, body.splitlines())):
             kind, field = re.match(r"(.*?) _(\w+)(?:\[16\])?;$", line).groups()
@@ -131,8 +143,8 @@ def name_of(fields, key):
 
 def test_one_process(robot):
     with Session("one") as session:
-        done = subprocess.run([takt, "run", robot, "--duration", "1s", "--json", folder / "run.json"], env=traced, text=True,
-                              capture_output=True, timeout=60)
+        done = subprocess.run([takt, "run", robot, "--duration", "1s", "--json", folder / "run.json", "--trace", folder / "trace.json"],
+                              env=traced, text=True, capture_output=True, timeout=60)
         check("the robot runs", done.returncode == 0, done.stderr)
     metadata = subprocess.run(["babeltrace2", "-o", "ctf-metadata", session.path / "ust/uid/0/64-bit"], text=True,
                               capture_output=True, timeout=60).stdout or "".join(
@@ -143,7 +155,8 @@ def test_one_process(robot):
           {name: (described.get(name), fields) for name, fields in EVENTS.items() if described.get(name) != fields})
     names, starts, running, wrong = {}, collections.Counter(), {}, []
     nodes, timers, published = set(), set(), collections.Counter()
-    for _, event, fields in session.events():
+    groups, placed, begun, ran = {}, set(), {}, collections.defaultdict(list)
+    for time_ns, event, fields in session.events():
         if event == "rclcpp_callback_register":
             names[fields["callback"]] = name_of(fields, "symbol")
         elif event == "rcl_node_init":
@@ -152,12 +165,18 @@ def test_one_process(robot):
             timers.add(fields["timer_handle"])
         elif event == "rclcpp_intra_publish":
             published[fields["publisher_handle"]] += 1
+        elif event == "ros2_caret:add_callback_group":
+            groups[fields["callback_group_addr"]] = fields["executor_addr"]
+        elif event in ("ros2_caret:callback_group_add_timer", "ros2_caret:callback_group_add_subscription"):
+            placed.add((fields["callback_group_addr"], fields.get("timer_handle") or fields["subscription_handle"]))
         elif event == "callback_start":
+            begun[fields["vtid"]] = time_ns
             starts[fields["callback"]] += 1
             wrong += [fields] if running.setdefault(fields["vtid"], []) and fields["callback"] in running[fields["vtid"]] else []
             running[fields["vtid"]].append(fields["callback"])
         elif event == "callback_end":
             wrong += [fields] if not running.get(fields["vtid"]) or running[fields["vtid"]].pop() != fields["callback"] else []
+            ran[int(fields["vtid"])].append((names.get(fields["callback"]), begun[fields["vtid"]], time_ns))
     rows = json.loads((folder / "run.json").read_text())["runs"][0]["callbacks"]
     counted = {f"{row['node']}/{row['callback']}": row["received"] for row in rows}
     seen = collections.Counter()
@@ -166,8 +185,33 @@ def test_one_process(robot):
     check("as many executions as the run counts", {name: seen[name] for name in counted} == counted,
           {name: (seen[name], count) for name, count in counted.items() if seen[name] != count})
     check("each begins and ends on its thread", not wrong and not any(running.values()), wrong[:3])
+    at = {callback: group for group, callback in placed}
+    check("each callback that ran is in a group of an executor", all(groups.get(at.get(callback)) for callback in starts
+          if names[callback] in counted), groups, placed)
+    test_times(json.loads((folder / "trace.json").read_text()), ran, set(counted))
     check("nodes, timers and publications are there", {row["node"] for row in rows} <= nodes and timers and
           max(published.values()) > 50, nodes, timers, published)
+
+
+def test_times(trace, ran, counted):
+    """An execution of Takt's own trace begins before LTTng's, and ends after it; each is in both."""
+    other, ours = trace["otherData"], collections.defaultdict(list)
+    check("the trace says its clock", other["clock"] == "monotonic" and other["begin_ns"] > 0, other)
+    for event in trace["traceEvents"]:
+        if event["ph"] == "X" and event["cat"] != "sched":
+            begin = other["begin_ns"] + round(event["ts"] * 1000)
+            ours[event["tid"]].append((event["name"], begin, begin + round(event["dur"] * 1000)))
+    lttng_s = {thread: [one for one in all_of_it if one[0] in counted] for thread, all_of_it in ran.items()}
+    lttng_s = {thread: executions for thread, executions in lttng_s.items() if executions}
+    same = {thread: [one[0] for one in sorted(executions, key=lambda one: one[1])] for thread, executions in ours.items()}
+    check("both have the same executions", same == {thread: [one[0] for one in executions] for thread, executions in lttng_s.items()},
+          {thread: len(executions) for thread, executions in ours.items()}, {thread: len(executions) for thread, executions in lttng_s.items()})
+    pairs = [(mine, theirs) for thread in ours for mine, theirs in zip(sorted(ours[thread], key=lambda one: one[1]), lttng_s.get(thread, []))]
+    outside = [(mine, theirs) for mine, theirs in pairs if not mine[1] <= theirs[1] <= theirs[2] <= mine[2] + 1]  # rounded
+    check("LTTng's is within ours", pairs and not outside, outside[:3])
+    for place, what in ((1, "begins"), (2, "ends")):
+        apart = sorted(abs(mine[place] - theirs[place]) for mine, theirs in pairs)
+        print(f"{what} apart: median {apart[len(apart) // 2]} ns, 99 % {apart[len(apart) * 99 // 100]} ns, longest {apart[-1]} ns, of {len(apart)}")
 
 
 PAIR = """

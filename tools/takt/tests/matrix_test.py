@@ -103,7 +103,7 @@ AS = {"action type": "action list", "action info": "action list", "bag play": "b
       "param describe": "param get", "param dump": "param get", "param load": "param get", "ros2 build": "ros2 prefix",
       "random tasks": "random", "ros2 run": "ros2 prefix", "selftest": "compare", "service type": "service list", "service info": "service list",
       "service find": "service list", "topic info": "topic list", "topic type": "topic list", "topic find": "topic list",
-      "topic delay": "topic hz"} | {f"rta {name}": "rta edf" for name in (
+      "topic delay": "topic hz", "trace start": "param get", "trace stop": "param get"} | {f"rta {name}": "rta edf" for name in (
           "batch", "blass_bw", "blass_rr", "casini_event_source", "casini_polling", "casini_timer", "cil_edf_arbitrary", "cil_edf_constrained", "dbf",
           "fifo", "fp", "g_edf", "g_fp", "gel", "np_dbf", "np_edf", "np_fp", "picas", "sag_edf", "sag_fp", "sbf", "wc")}
 

@@ -1,0 +1,51 @@
+// What TraceContainer does. Private to the container's files.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_RUNNING_TRACE_HPP_
+#define TAKT_CONTAINERS_RUNNING_TRACE_HPP_
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "takt/base/trace_clock.hpp"
+#include "takt/containers/running_executors.hpp"
+#include "takt/containers/trace_container.hpp"
+#include "takt/containers/watching/scheduling.hpp"
+
+namespace takt {
+
+/// The trace of a running container. Thread safety: every method from any thread. Real-time: no;
+/// threads of executors store 88 bytes for each execution, and read their CPU time twice.
+class RunningTrace {
+ public:
+  explicit RunningTrace(RunningExecutors& executors) : executors_(executors) {}
+  /// What is wrong is said in the answer.
+  TraceContainer::Response serve(const TraceContainer::Request& request);
+
+ private:
+  struct Begun {
+    std::string name;
+    TraceClock clock;
+    Nanoseconds offset;
+    TimePoint at;
+    Scheduling scheduling;
+  };
+
+  void start(const std::string& clock);
+  void stop(TraceContainer::Response& answer);
+  void read(std::size_t page, TraceContainer::Response& answer);
+  std::size_t room() const;
+
+  RunningExecutors& executors_;
+  std::mutex mutex_;  // guards what follows
+  std::unique_ptr<Begun> begun_;
+  std::vector<TraceContainer::Event> events_;  // what waits to be read
+  std::vector<TraceContainer::Switch> switches_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_RUNNING_TRACE_HPP_
