@@ -11,61 +11,89 @@
 
 namespace TAKT_PUBLIC takt {
 
+/// An event that a tracer may record. While it does not, a call costs two loads.
+/// Thread safety: from any thread. Real-time: as Tracepoints.
+template <class... Values>
+struct Tracepoint {
+  void (*record)(Values...) = nullptr;
+  const int* is_recorded = nullptr;  // of the tracer, which may change it at any time; 0: no
+
+  // Relaxed: a session that has just begun may miss an event.
+  bool is_on() const noexcept { return __atomic_load_n(is_recorded, __ATOMIC_RELAXED) != 0; }
+  void operator()(Values... values) const {
+    if (is_on()) [[unlikely]]
+      record(values...);
+  }
+};
+
 /// ROS 2's tracepoints (ros2_tracing, tracetools 8.4), and CARET's, as far as Takt has what they
-/// tell, with their names and arguments. A handle is the address of the publisher, entity or node:
-/// one object of ours is several of ROS 2's, so these have the same address. Strings live as long
-/// as the call. Thread safety: each function from any thread. Real-time: as the library has it.
-/// LTTng's write to buffers of the CPU, without a lock, and drop what does not fit; a thread's
-/// first tracepoint allocates, unless it has called `thread_begins`.
+/// tell, with their names; the arguments stand behind each. A handle is the address of the
+/// publisher, entity or node: one object of ours is several of ROS 2's, so these have the same
+/// address. Strings live as long as the call. Thread safety: each function from any thread.
+/// Real-time: as the library has it. LTTng's write to buffers of the CPU, without a lock, and drop
+/// what does not fit; a thread's first tracepoint allocates, unless it has called `thread_begins`.
 struct Tracepoints {
   /// Not one of ROS 2's: makes this thread ready.
   void (*thread_begins)();
-  void (*rcl_init)(const void* context, const char* version);
-  void (*rcl_node_init)(const void* node, const void* rmw, const char* name,
-                        const char* name_space);
-  void (*rmw_publisher_init)(const void* rmw, const std::uint8_t* gid);
-  void (*rcl_publisher_init)(const void* publisher, const void* node, const void* rmw,
-                             const char* topic, std::size_t depth);
-  void (*rclcpp_publish)(const void* message);
-  void (*rclcpp_intra_publish)(const void* publisher, const void* message);
-  void (*rcl_publish)(const void* publisher, const void* message);
-  void (*rmw_publish)(const void* rmw, const void* message, std::int64_t timestamp);
-  void (*rmw_subscription_init)(const void* rmw, const std::uint8_t* gid);
-  void (*rcl_subscription_init)(const void* subscription, const void* node, const void* rmw,
-                                const char* topic, std::size_t depth);
-  void (*rclcpp_subscription_init)(const void* handle, const void* subscription);
-  void (*rclcpp_subscription_callback_added)(const void* subscription, const void* callback);
-  void (*rmw_take)(const void* rmw, const void* message, std::int64_t source_timestamp, int taken);
-  void (*rcl_take)(const void* message);
-  void (*rclcpp_take)(const void* message);
-  void (*rcl_service_init)(const void* service, const void* node, const void* rmw,
-                           const char* name);
-  void (*rclcpp_service_callback_added)(const void* service, const void* callback);
-  void (*rcl_client_init)(const void* client, const void* node, const void* rmw, const char* name);
-  void (*rcl_timer_init)(const void* timer, std::int64_t period);
-  void (*rclcpp_timer_callback_added)(const void* timer, const void* callback);
-  void (*rclcpp_timer_link_node)(const void* timer, const void* node);
-  void (*rclcpp_callback_register)(const void* callback, const char* symbol);
-  void (*callback_start)(const void* callback, int is_intra_process);
-  void (*callback_end)(const void* callback);
-  void (*rcl_lifecycle_state_machine_init)(const void* node, const void* state_machine);
-  void (*rcl_lifecycle_transition)(const void* state_machine, const char* start, const char* goal);
-  void (*rclcpp_executor_get_next_ready)();
-  void (*rclcpp_executor_wait_for_work)(std::int64_t timeout);
-  void (*rclcpp_executor_execute)(const void* handle);
+  Tracepoint<const void*, const char*> rcl_init;  // context, version
+  Tracepoint<const void*, const void*, const char*, const char*>
+      rcl_node_init;                                                // node, rmw, name, name_space
+  Tracepoint<const void*, const std::uint8_t*> rmw_publisher_init;  // rmw, gid
+  Tracepoint<const void*, const void*, const void*, const char*, std::size_t>
+      rcl_publisher_init;                                     // publisher, node, rmw, topic, depth
+  Tracepoint<const void*> rclcpp_publish;                     // message
+  Tracepoint<const void*, const void*> rclcpp_intra_publish;  // publisher, message
+  Tracepoint<const void*, const void*> rcl_publish;           // publisher, message
+  Tracepoint<const void*, const void*, std::int64_t> rmw_publish;      // rmw, message, timestamp
+  Tracepoint<const void*, const std::uint8_t*> rmw_subscription_init;  // rmw, gid
+  Tracepoint<const void*, const void*, const void*, const char*, std::size_t>
+      rcl_subscription_init;  // subscription, node, rmw, topic, depth
+  Tracepoint<const void*, const void*> rclcpp_subscription_init;  // handle, subscription
+  Tracepoint<const void*, const void*>
+      rclcpp_subscription_callback_added;  // subscription, callback
+  Tracepoint<const void*, const void*, std::int64_t, int>
+      rmw_take;                         // rmw, message, source_timestamp, taken
+  Tracepoint<const void*> rcl_take;     // message
+  Tracepoint<const void*> rclcpp_take;  // message
+  Tracepoint<const void*, const void*, const void*, const char*>
+      rcl_service_init;                                                // service, node, rmw, name
+  Tracepoint<const void*, const void*> rclcpp_service_callback_added;  // service, callback
+  Tracepoint<const void*, const void*, const void*, const char*>
+      rcl_client_init;                                               // client, node, rmw, name
+  Tracepoint<const void*, std::int64_t> rcl_timer_init;              // timer, period
+  Tracepoint<const void*, const void*> rclcpp_timer_callback_added;  // timer, callback
+  Tracepoint<const void*, const void*> rclcpp_timer_link_node;       // timer, node
+  Tracepoint<const void*, const char*> rclcpp_callback_register;     // callback, symbol
+  Tracepoint<const void*, int> callback_start;                       // callback, is_intra_process
+  Tracepoint<const void*> callback_end;                              // callback
+  Tracepoint<const void*, const void*> rcl_lifecycle_state_machine_init;  // node, state_machine
+  Tracepoint<const void*, const char*, const char*>
+      rcl_lifecycle_transition;  // state_machine, start, goal
+  Tracepoint<> rclcpp_executor_get_next_ready;
+  Tracepoint<std::int64_t> rclcpp_executor_wait_for_work;  // timeout
+  Tracepoint<const void*> rclcpp_executor_execute;         // handle
 
   // Of CARET (caret_trace 0.7.3): which executor has which callbacks, and which message has which
   // time. It takes ROS 2's, too.
-  void (*caret_init)(std::int64_t now, const char* distribution);
-  void (*rmw_implementation)(const char* name);
-  void (*construct_executor)(const void* executor, const char* type);
-  void (*add_callback_group)(const void* executor, const void* group, const char* type);
-  void (*callback_group_add_timer)(const void* group, const void* timer);
-  void (*callback_group_add_subscription)(const void* group, const void* subscription);
-  void (*callback_group_add_service)(const void* group, const void* service);
-  void (*callback_group_add_client)(const void* group, const void* client);
-  void (*dds_write)(const void* message);
-  void (*dds_bind_addr_to_stamp)(const void* message, std::uint64_t timestamp);
+  Tracepoint<std::int64_t, const char*> caret_init;                      // now, distribution
+  Tracepoint<const char*> rmw_implementation;                            // name
+  Tracepoint<const void*, const char*> construct_executor;               // executor, type
+  Tracepoint<const void*, const void*, const char*> add_callback_group;  // executor, group, type
+  Tracepoint<const void*, const void*> callback_group_add_timer;         // group, timer
+  Tracepoint<const void*, const void*> callback_group_add_subscription;  // group, subscription
+  Tracepoint<const void*, const void*> callback_group_add_service;       // group, service
+  Tracepoint<const void*, const void*> callback_group_add_client;        // group, client
+  Tracepoint<const void*> dds_write;                                     // message
+  Tracepoint<const void*, std::uint64_t> dds_bind_addr_to_stamp;         // message, timestamp
+
+  /// Whether anybody records a part of what a publisher or the begin of a callback tells.
+  bool records_messages() const noexcept {
+    return rclcpp_intra_publish.is_on() || rclcpp_publish.is_on() || rcl_publish.is_on() ||
+           rmw_publish.is_on() || dds_write.is_on() || dds_bind_addr_to_stamp.is_on();
+  }
+  bool records_callbacks() const noexcept {
+    return rclcpp_executor_execute.is_on() || callback_start.is_on();
+  }
 };
 
 namespace detail {

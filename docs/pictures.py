@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Makes the pictures of the tutorials and how-to pages from real runs of a system.
 
-usage: pictures.py make TAKT   runs TAKT, half a minute, and writes docs/pictures/*.svg
+usage: pictures.py make TAKT [NAME…]   runs TAKT, half a minute, and writes docs/pictures/*.svg, or those of these names
                                (needs graphviz, tmux and python3-matplotlib)
        pictures.py check       exit status 1 if a picture is missing, of another system than the file now describes, or
                                on no page
@@ -88,16 +88,16 @@ def top(takt, folder):
     return terminal_svg(screen.rstrip().splitlines())
 
 
-def timeline(takt, folder):
+def traced(takt, folder, has_cpus):
     sys.path.append(str(ROOT / "bench"))
     import report_page  # noqa: E402  (it needs matplotlib)
     run(takt, "run", SYSTEM, "--duration", "1s", "--trace", folder / "trace.json")
     events = json.loads((folder / "trace.json").read_text(encoding="utf-8"))["traceEvents"]
-    names = {(event["pid"], event["tid"]): event["args"]["name"] for event in events
-             if event["ph"] == "M" and "is_prompt" in event["args"]}
+    rows = [event for event in events if event["ph"] == "M" and event["name"] == "thread_name"]
+    names = {(event["pid"], event["tid"]): event["args"]["name"] for event in rows if "is_prompt" in event["args"]}
     slices = [event for event in events if event["ph"] == "X" and event["cat"] != "sched"]
     begin = sorted(event["ts"] for event in slices)[len(slices) // 2]
-    figure, axes = report_page.plt.subplots(figsize=(9, 0.9 + 0.5 * len(names)))
+    figure, axes = report_page.plt.subplots(figsize=(9, 0.9 + 0.5 * (len(names) + 2 * has_cpus)))
     nodes = sorted({event["name"].split("/")[1] for event in slices})
     for event in slices:
         if not begin <= event["ts"] <= begin + WINDOW_MS * 1e3:
@@ -108,6 +108,18 @@ def timeline(takt, folder):
         if event["dur"] > 700:
             axes.annotate(event["name"].split("/")[1], ((event["ts"] - begin) / 1e3, row), fontsize=7, va="center", xytext=(2, 0),
                           textcoords="offset points", color="white")
+    if has_cpus:  # and the threads of callbacks that ran there
+        threads = {tid: list(names).index((pid, tid)) for pid, tid in names}
+        cpus = {(event["pid"], event["tid"]): event["args"]["name"] for event in rows if event["args"]["name"].startswith("CPU ")}
+        if not cpus:
+            sys.exit("the kernel tells nothing here: " + rows[-1]["args"]["name"])
+        names |= cpus
+        for event in events:
+            if event["ph"] == "X" and event["cat"] == "sched" and begin <= event["ts"] <= begin + WINDOW_MS * 1e3:
+                tid = event["args"]["tid"]
+                colour = report_page.COLOURS[threads[tid] % len(report_page.COLOURS)] if tid in threads else TEXT
+                axes.broken_barh([((event["ts"] - begin) / 1e3, max(event["dur"] / 1e3, 0.03))],
+                                 (list(names).index((event["pid"], event["tid"])) - 0.35, 0.7), facecolors=colour)
     axes.set_yticks(range(len(names)), list(names.values()))
     axes.set_xlim(0, WINDOW_MS)
     axes.set_xlabel("time (ms)")
@@ -115,12 +127,21 @@ def timeline(takt, folder):
     return re.sub(r"(<svg[^>]*>)", rf"\1<style>text {{ fill: {TEXT} }}</style>", svg, count=1)
 
 
-PICTURES = {picture.__name__: picture for picture in (graph, report, top, timeline)}
+def timeline(takt, folder):
+    return traced(takt, folder, has_cpus=False)
 
 
-def make(takt):
+def cpus(takt, folder):
+    return traced(takt, folder, has_cpus=True)
+
+
+PICTURES = {picture.__name__: picture for picture in (graph, report, top, timeline, cpus)}
+
+
+def make(takt, names):
     FOLDER.mkdir(exist_ok=True)
-    for name, picture in PICTURES.items():
+    for name in names or PICTURES:
+        picture = PICTURES[name]
         with tempfile.TemporaryDirectory() as folder:
             svg = picture(takt, pathlib.Path(folder))
         (FOLDER / f"{name}.svg").write_text(f"{mark()}\n{svg}\n", encoding="utf-8")
@@ -141,8 +162,8 @@ def check():
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["make"] and len(sys.argv) == 3:
-        make(pathlib.Path(sys.argv[2]).absolute())
+    if sys.argv[1:2] == ["make"] and len(sys.argv) >= 3 and set(sys.argv[3:]) <= PICTURES.keys():
+        make(pathlib.Path(sys.argv[2]).absolute(), sys.argv[3:])
     elif sys.argv[1:] == ["check"]:
         sys.exit(0 if check() else 1)
     else:

@@ -139,12 +139,14 @@ class PublisherBase {
     return {writer_.stamp(), remote_ != nullptr ? remote_->stamp() : WallTime{}};
   }
   void write_lent(MessageBlock& block, PublishTime published) noexcept {
-    if (const Tracepoints* const points = tracepoints()) [[unlikely]]
+    const Tracepoints* const points = tracepoints();
+    if (points != nullptr && points->records_messages()) [[unlikely]]
       trace(*points, block.payload(), published);
     remote_->write_lent(block, published.far);
   }
   void send(MessageBlock& block, PublishTime published) noexcept {
-    if (const Tracepoints* const points = tracepoints()) [[unlikely]]
+    const Tracepoints* const points = tracepoints();
+    if (points != nullptr && points->records_messages()) [[unlikely]]
       trace(*points, block.payload(), published);
     const Dispatch* dispatch = Dispatch::current();
     block.envelope.chain_instance = dispatch != nullptr ? dispatch->chain_instance : 0;

@@ -181,7 +181,6 @@ void SubscriptionBase::discard(Slot& slot) noexcept {
 // On the way of every message: one function, but for what comes from outside.
 void SubscriptionBase::trace_take(const Tracepoints& points,
                                   const MessageBlock& message) const noexcept {
-  if (message.origin.writer == 0) return;
   const auto sent = message.origin.source_time.time_since_epoch();
   points.rmw_take(static_cast<const Entity*>(this), message.payload(),
                   std::chrono::duration_cast<Nanoseconds>(sent).count(), 1);
@@ -192,7 +191,8 @@ void SubscriptionBase::trace_take(const Tracepoints& points,
 bool SubscriptionBase::take(Slot& slot) noexcept {
   slot.message = take_message(slot.more);
   if (slot.message == nullptr) return false;
-  if (const Tracepoints* const points = tracepoints()) [[unlikely]]
+  const Tracepoints* const points = tracepoints();
+  if (points != nullptr && slot.message->origin.writer != 0) [[unlikely]]
     trace_take(*points, *slot.message);
   static_cast<Envelope&>(slot) = slot.message->envelope;
   return true;

@@ -19,7 +19,7 @@ class TracedCallback {
   TracedCallback(const Entity& entity, const Slot& slot) noexcept
       : points_(tracepoints()), entity_(&entity) {
     TAKT_PROBE(callback_start, &entity, entity.name().c_str());
-    if (points_ != nullptr) [[unlikely]]
+    if (points_ != nullptr && points_->records_callbacks()) [[unlikely]]
       begin(slot);
   }
   ~TracedCallback() {

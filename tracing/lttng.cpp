@@ -13,15 +13,18 @@
 #include "caret_tracepoints.h"
 #include "ros2_tracepoints.h"
 
-#define TAKT_EVENT(event) \
-  .event = [](auto... values) { lttng_ust_tracepoint(ros2, event, values...); }
+#define TAKT_EVENT(event)                                                         \
+  .event = {[](auto... values) { lttng_ust_tracepoint(ros2, event, values...); }, \
+            &lttng_ust_tracepoint_ros2___##event.state}
 
-#define TAKT_CARET_EVENT(event) \
-  .event = [](auto... values) { lttng_ust_tracepoint(ros2_caret, event, values...); }
+#define TAKT_CARET_EVENT(event)                                                         \
+  .event = {[](auto... values) { lttng_ust_tracepoint(ros2_caret, event, values...); }, \
+            &lttng_ust_tracepoint_ros2_caret___##event.state}
 
 /// Of what happens once, at the begin: CARET records some of it again later, with the first time.
-#define TAKT_CARET_INIT_EVENT(event) \
-  .event = [](auto... values) { lttng_ust_tracepoint(ros2_caret, event, values..., now()); }
+#define TAKT_CARET_INIT_EVENT(event)                                                           \
+  .event = {[](auto... values) { lttng_ust_tracepoint(ros2_caret, event, values..., now()); }, \
+            &lttng_ust_tracepoint_ros2_caret___##event.state}
 
 static std::int64_t now() {
   timespec time{};

@@ -141,11 +141,12 @@ def name_of(fields, key):
     return fields[key].strip('"')
 
 
-def test_one_process(robot):
-    with Session("one") as session:
-        done = subprocess.run([takt, "run", robot, "--duration", "1s", "--json", folder / "run.json", "--trace", folder / "trace.json"],
+def test_one_process(name, *words):
+    files = [folder / f"{name}.run.json", folder / f"{name}.trace.json"]
+    with Session(name) as session:
+        done = subprocess.run([takt, "run", "--duration", "1s", "--json", files[0], "--trace", files[1], *words],
                               env=traced, text=True, capture_output=True, timeout=60)
-        check("the robot runs", done.returncode == 0, done.stderr)
+        check(f"{name} runs", done.returncode == 0, done.stderr)
     metadata = subprocess.run(["babeltrace2", "-o", "ctf-metadata", session.path / "ust/uid/0/64-bit"], text=True,
                               capture_output=True, timeout=60).stdout or "".join(
         subprocess.run(["babeltrace2", "-o", "ctf-metadata", path.parent], text=True, capture_output=True, timeout=60).stdout
@@ -177,7 +178,7 @@ def test_one_process(robot):
         elif event == "callback_end":
             wrong += [fields] if not running.get(fields["vtid"]) or running[fields["vtid"]].pop() != fields["callback"] else []
             ran[int(fields["vtid"])].append((names.get(fields["callback"]), begun[fields["vtid"]], time_ns))
-    rows = json.loads((folder / "run.json").read_text())["runs"][0]["callbacks"]
+    rows = json.loads(files[0].read_text())["runs"][0]["callbacks"]
     counted = {f"{row['node']}/{row['callback']}": row["received"] for row in rows}
     seen = collections.Counter()
     for callback, count in starts.items():
@@ -188,7 +189,9 @@ def test_one_process(robot):
     at = {callback: group for group, callback in placed}
     check("each callback that ran is in a group of an executor", all(groups.get(at.get(callback)) for callback in starts
           if names[callback] in counted), groups, placed)
-    test_times(json.loads((folder / "trace.json").read_text()), ran, set(counted))
+    trace = json.loads(files[1].read_text())
+    test_times(trace, ran, set(counted))
+    test_links(trace)
     check("nodes, timers and publications are there", {row["node"] for row in rows} <= nodes and timers and
           max(published.values()) > 50, nodes, timers, published)
 
@@ -212,6 +215,15 @@ def test_times(trace, ran, counted):
     for place, what in ((1, "begins"), (2, "ends")):
         apart = sorted(abs(mine[place] - theirs[place]) for mine, theirs in pairs)
         print(f"{what} apart: median {apart[len(apart) // 2]} ns, 99 % {apart[len(apart) * 99 // 100]} ns, longest {apart[-1]} ns, of {len(apart)}")
+
+
+def test_links(trace):
+    """Each message that a callback has taken is one that another has sent; each is taken once."""
+    slices = [event for event in trace["traceEvents"] if event["ph"] == "X" and event["cat"] == "subscription"]
+    alone = [event for event in slices if "caused_by" not in event["args"]]
+    check("no link of a chain is missing", slices and not alone, len(slices), alone[:3])
+    taken = collections.Counter((event["name"], event["args"]["sequence"]) for event in slices)
+    check("none is there twice", max(taken.values()) == 1, taken.most_common(3))
 
 
 PAIR = """
@@ -289,7 +301,9 @@ def test_without():
 
 
 with Daemon():
-    test_one_process(sys.argv[2])
+    test_one_process("mont_blanc", pathlib.Path(__file__).resolve().parents[3] / "bench/workloads/mont_blanc.yaml")
+    if (program := pathlib.Path(takt).with_name("rclcpp_talk")).exists():
+        test_one_process("program", "--", program)
     test_two_processes()
 test_without()
 test_probes()

@@ -90,6 +90,27 @@ def test_a_run(system, folder):
     check("another clock is refused", "monotonic, boottime, realtime" in error, error)
 
 
+def test_wakeups(system, folder):
+    """Where tracefs is mounted, here for this run only, a thread's row says when it was woken."""
+    file = folder / "woken.json"
+    mounted = "mount -t tracefs tracefs /sys/kernel/tracing && exec \"$@\""
+    done = subprocess.run(["unshare", "--mount", "sh", "-c", mounted, "sh", takt, "run", system, "--duration", "300ms", "--trace", file],
+                          env=environment, capture_output=True, text=True, check=False)
+    if not file.exists():
+        print(f"skipped: wake-ups need root, and tracefs: {done.stderr[:200]}")
+        return
+    events = json.loads(file.read_text())["traceEvents"]
+    rows = {event["args"]["name"] for event in events if event["ph"] == "M"}
+    if "CPU 0" not in rows:
+        print("skipped: the kernel tells no switches")
+        return
+    threads = {event["tid"] for event in events if event["ph"] == "M" and "is_prompt" in event["args"]}
+    woken = [event for event in events if event["ph"] == "i" and event.get("cat") == "sched"]
+    check("threads of callbacks are woken", len(woken) > 20 and {event["tid"] for event in woken} <= threads and
+          all(event["name"].startswith("woken by ") for event in woken), len(woken), woken[:2])
+    check("nothing is missing then", not any("no wake-ups" in row for row in rows), rows)
+
+
 ROBOT = """
 dds: {discovery: localhost}
 executors: {fast: {type: events}, pool: {type: multi_threaded}}
@@ -140,5 +161,6 @@ def test_a_container(folder):
 
 with tempfile.TemporaryDirectory(prefix="takt_trace_") as name:
     test_a_run(os.path.abspath(sys.argv[2]), pathlib.Path(name))
+    test_wakeups(os.path.abspath(sys.argv[2]), pathlib.Path(name))
     test_a_container(pathlib.Path(name))
 finish()
