@@ -69,6 +69,13 @@ struct Tracepoints {
   Tracepoint<const void*, const void*> rcl_lifecycle_state_machine_init;  // node, state_machine
   Tracepoint<const void*, const char*, const char*>
       rcl_lifecycle_transition;  // state_machine, start, goal
+  Tracepoint<const void*, std::uint64_t> rclcpp_construct_ring_buffer;  // buffer, capacity
+  Tracepoint<const void*, const void*> rclcpp_buffer_to_ipb;            // buffer, ipb
+  Tracepoint<const void*, const void*> rclcpp_ipb_to_subscription;      // ipb, subscription
+  Tracepoint<const void*, std::uint64_t, std::uint64_t, int>
+      rclcpp_ring_buffer_enqueue;  // buffer, index, size, overwritten
+  Tracepoint<const void*, std::uint64_t, std::uint64_t>
+      rclcpp_ring_buffer_dequeue;  // buffer, index, size
   Tracepoint<> rclcpp_executor_get_next_ready;
   Tracepoint<std::int64_t> rclcpp_executor_wait_for_work;  // timeout
   Tracepoint<const void*> rclcpp_executor_execute;         // handle
@@ -86,10 +93,16 @@ struct Tracepoints {
   Tracepoint<const void*> dds_write;                                     // message
   Tracepoint<const void*, std::uint64_t> dds_bind_addr_to_stamp;         // message, timestamp
 
-  /// Whether anybody records a part of what a publisher or the begin of a callback tells.
+  /// Whether anybody records a part of what a publisher, a subscription that takes a message, or
+  /// the begin of a callback tells.
   bool records_messages() const noexcept {
     return rclcpp_intra_publish.is_on() || rclcpp_publish.is_on() || rcl_publish.is_on() ||
-           rmw_publish.is_on() || dds_write.is_on() || dds_bind_addr_to_stamp.is_on();
+           rmw_publish.is_on() || dds_write.is_on() || dds_bind_addr_to_stamp.is_on() ||
+           rclcpp_ring_buffer_enqueue.is_on();
+  }
+  bool records_takes() const noexcept {
+    return rclcpp_ring_buffer_dequeue.is_on() || rmw_take.is_on() || rcl_take.is_on() ||
+           rclcpp_take.is_on();
   }
   bool records_callbacks() const noexcept {
     return rclcpp_executor_execute.is_on() || callback_start.is_on();

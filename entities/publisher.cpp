@@ -41,7 +41,10 @@ void PublisherBase::trace_made(const void* node) const {
 
 void PublisherBase::trace(const Tracepoints& points, const void* message,
                           PublishTime& published) const noexcept {
-  if (writer_.reader_count() != 0) points.rclcpp_intra_publish(this, message);
+  if (writer_.reader_count() != 0) {
+    points.rclcpp_intra_publish(this, message);
+    writer_.trace_enqueue(points, message);
+  }
   if (remote_ == nullptr || remote_->reader_count() == 0) return;
   if (published.far == WallTime{}) published.far = WallTime::clock::now();
   points.rclcpp_publish(message);

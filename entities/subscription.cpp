@@ -181,6 +181,11 @@ void SubscriptionBase::discard(Slot& slot) noexcept {
 // On the way of every message: one function, but for what comes from outside.
 void SubscriptionBase::trace_take(const Tracepoints& points,
                                   const MessageBlock& message) const noexcept {
+  if (message.origin.writer == 0) {
+    const auto index = reinterpret_cast<std::uintptr_t>(message.payload());
+    return points.rclcpp_ring_buffer_dequeue(static_cast<const IntraProcessReader*>(this), index,
+                                             queued());
+  }
   const auto sent = message.origin.source_time.time_since_epoch();
   points.rmw_take(static_cast<const Entity*>(this), message.payload(),
                   std::chrono::duration_cast<Nanoseconds>(sent).count(), 1);
@@ -192,7 +197,7 @@ bool SubscriptionBase::take(Slot& slot) noexcept {
   slot.message = take_message(slot.more);
   if (slot.message == nullptr) return false;
   const Tracepoints* const points = tracepoints();
-  if (points != nullptr && slot.message->origin.writer != 0) [[unlikely]]
+  if (points != nullptr && points->records_takes()) [[unlikely]]
     trace_take(*points, *slot.message);
   static_cast<Envelope&>(slot) = slot.message->envelope;
   return true;

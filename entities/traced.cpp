@@ -4,17 +4,41 @@
 #include "takt/entities/subscription.hpp"
 
 namespace takt {
+namespace {
 
-void TracedCallback::begin(const Slot& slot) const noexcept {
+// rclcpp has a second callback in each subscription, for messages of its process, and tools tell by
+// it how a message came. Any other number than addresses of entities will do.
+const void* near_callback(const Entity& subscription) noexcept {
+  return reinterpret_cast<const char*>(&subscription) + 1;
+}
+
+void trace_near(const Tracepoints& points, const SubscriptionBase& subscription,
+                const std::string& name) {
+  const Entity& entity = subscription;
+  const IntraProcessReader* const buffer = &subscription;
+  const void* const near = near_callback(entity);
+  points.rclcpp_construct_ring_buffer(buffer, subscription.qos().depth);
+  points.rclcpp_buffer_to_ipb(buffer, buffer);
+  points.rclcpp_ipb_to_subscription(buffer, near);
+  points.rclcpp_subscription_init(&entity, near);
+  points.rclcpp_subscription_callback_added(near, near);
+  points.rclcpp_callback_register(near, name.c_str());
+}
+
+}  // namespace
+
+void TracedCallback::begin(const Slot& slot) noexcept {
   const bool is_near =
       entity_->kind() == EntityKind::subscription && slot.message->origin.writer == 0;
   points_->rclcpp_executor_execute(entity_);
-  points_->callback_start(entity_, is_near ? 1 : 0);
+  if (is_near) callback_ = near_callback(*entity_);
+  points_->callback_start(callback_, is_near ? 1 : 0);
 }
 
 void trace_made(const Entity& entity, const void* node, const std::string& node_name) {
   const Tracepoints* const points = tracepoints();
   if (points == nullptr) return;
+  const std::string name = node_name + "/" + entity.name();
   const char* const topic = entity.topic().c_str();
   const CallbackGroup* const group = entity.group().get();
   switch (entity.kind()) {
@@ -28,9 +52,10 @@ void trace_made(const Entity& entity, const void* node, const std::string& node_
       const auto* const subscription = dynamic_cast<const SubscriptionBase*>(&entity);
       const std::size_t depth = subscription != nullptr ? subscription->qos().depth : 0;
       points->rcl_subscription_init(&entity, node, &entity, topic, depth);
+      points->callback_group_add_subscription(group, &entity);
+      if (subscription != nullptr) trace_near(*points, *subscription, name);  // as rclcpp: first
       points->rclcpp_subscription_init(&entity, &entity);
       points->rclcpp_subscription_callback_added(&entity, &entity);
-      points->callback_group_add_subscription(group, &entity);
       break;
     }
     case EntityKind::service:
@@ -45,7 +70,7 @@ void trace_made(const Entity& entity, const void* node, const std::string& node_
     default:
       break;
   }
-  points->rclcpp_callback_register(&entity, (node_name + "/" + entity.name()).c_str());
+  points->rclcpp_callback_register(&entity, name.c_str());
 }
 
 void trace_executor_made(const void* executor, std::size_t threads) {

@@ -17,7 +17,7 @@ namespace TAKT_INTERNAL takt {
 class TracedCallback {
  public:
   TracedCallback(const Entity& entity, const Slot& slot) noexcept
-      : points_(tracepoints()), entity_(&entity) {
+      : points_(tracepoints()), entity_(&entity), callback_(&entity) {
     TAKT_PROBE(callback_start, &entity, entity.name().c_str());
     if (points_ != nullptr && points_->records_callbacks()) [[unlikely]]
       begin(slot);
@@ -25,16 +25,17 @@ class TracedCallback {
   ~TracedCallback() {
     TAKT_PROBE(callback_end, entity_, entity_->name().c_str());
     if (points_ != nullptr) [[unlikely]]
-      points_->callback_end(entity_);
+      points_->callback_end(callback_);
   }
   TracedCallback(const TracedCallback&) = delete;
   TracedCallback& operator=(const TracedCallback&) = delete;
 
  private:
-  [[gnu::cold, gnu::noinline]] void begin(const Slot& slot) const noexcept;
+  [[gnu::cold, gnu::noinline]] void begin(const Slot& slot) noexcept;
 
   const Tracepoints* const points_;
   const Entity* const entity_;
+  const void* callback_;  // its handle
 };
 
 /// An entity was made. `node`: the handle of its node, whose full name is `node_name`.

@@ -129,6 +129,29 @@ LTTNG_UST_TRACEPOINT_EVENT(ros2, rclcpp_executor_wait_for_work, LTTNG_UST_TP_ARG
   LTTNG_UST_TP_FIELDS(lttng_ust_field_integer(int64_t, timeout, timeout)))
 LTTNG_UST_TRACEPOINT_EVENT(ros2, rclcpp_executor_execute, LTTNG_UST_TP_ARGS(const void*, handle),
   LTTNG_UST_TP_FIELDS(lttng_ust_field_integer_hex(const void*, handle, handle)))
+LTTNG_UST_TRACEPOINT_EVENT(ros2, rclcpp_construct_ring_buffer, LTTNG_UST_TP_ARGS(const void*, buffer, uint64_t, capacity),
+  LTTNG_UST_TP_FIELDS(
+    lttng_ust_field_integer_hex(const void*, buffer, buffer)
+    lttng_ust_field_integer(uint64_t, capacity, capacity)))
+LTTNG_UST_TRACEPOINT_EVENT(ros2, rclcpp_buffer_to_ipb, LTTNG_UST_TP_ARGS(const void*, buffer, const void*, ipb),
+  LTTNG_UST_TP_FIELDS(
+    lttng_ust_field_integer_hex(const void*, buffer, buffer)
+    lttng_ust_field_integer_hex(const void*, ipb, ipb)))
+LTTNG_UST_TRACEPOINT_EVENT(ros2, rclcpp_ipb_to_subscription, LTTNG_UST_TP_ARGS(const void*, ipb, const void*, subscription),
+  LTTNG_UST_TP_FIELDS(
+    lttng_ust_field_integer_hex(const void*, ipb, ipb)
+    lttng_ust_field_integer_hex(const void*, subscription, subscription)))
+LTTNG_UST_TRACEPOINT_EVENT(ros2, rclcpp_ring_buffer_enqueue, LTTNG_UST_TP_ARGS(const void*, buffer, uint64_t, index, uint64_t, size, int, overwritten),
+  LTTNG_UST_TP_FIELDS(
+    lttng_ust_field_integer_hex(const void*, buffer, buffer)
+    lttng_ust_field_integer(uint64_t, index, index)
+    lttng_ust_field_integer(uint64_t, size, size)
+    lttng_ust_field_integer(int, overwritten, overwritten)))
+LTTNG_UST_TRACEPOINT_EVENT(ros2, rclcpp_ring_buffer_dequeue, LTTNG_UST_TP_ARGS(const void*, buffer, uint64_t, index, uint64_t, size),
+  LTTNG_UST_TP_FIELDS(
+    lttng_ust_field_integer_hex(const void*, buffer, buffer)
+    lttng_ust_field_integer(uint64_t, index, index)
+    lttng_ust_field_integer(uint64_t, size, size)))
 // clang-format on
 
 #endif  // TAKT_TRACING_ROS2_TRACEPOINTS_H_

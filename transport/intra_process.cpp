@@ -367,6 +367,17 @@ void IntraProcessWriter::send_by_policies(MessageBlock& message, TimePoint publi
   for (IntraProcessReader* reader : readers) reader->deliver(message, arrival, released);
 }
 
+// The index is the message's address: while it is in the ring, none other there has that.
+void IntraProcessWriter::trace_enqueue(const Tracepoints& points,
+                                       const void* message) const noexcept {
+  const ReadSection section;
+  for (const IntraProcessReader* reader : *table_.load()) {
+    const std::size_t depth = reader->endpoint().qos.depth, queued = reader->queued();
+    points.rclcpp_ring_buffer_enqueue(reader, reinterpret_cast<std::uintptr_t>(message),
+                                      std::min(queued + 1, depth), queued < depth ? 0 : 1);
+  }
+}
+
 void IntraProcessWriter::assert_liveliness() noexcept {
   if (lease_ == nullptr || !lease_->is_alive(clock_.now())) return;
   const ReadSection section;

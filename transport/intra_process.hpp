@@ -12,6 +12,7 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/lockfree/keep_last_ring.hpp"
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/tracepoints.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/messages/message_type.hpp"
 #include "takt/transport/endpoint_events.hpp"
@@ -113,6 +114,8 @@ class IntraProcessReader {
     return has_deadline_ || wants_time_.load(std::memory_order_relaxed);
   }
   const std::shared_ptr<EndpointEvents>& events() const noexcept { return events_; }
+  /// How many messages wait.
+  std::size_t queued() const noexcept { return ring_.size(); }
 
   /// Of a serialized type: what a payload is, which comes from this process.
   const MessageType* payload_type() const noexcept { return payload_type_.load(); }
@@ -167,6 +170,8 @@ class IntraProcessWriter {
   void write(MessageBlock& message, TimePoint published, std::uint32_t kept,
              ReleasedMessages& released) noexcept;
   std::size_t reader_count() const noexcept;
+  /// That the message is going to be in the ring of each reader.
+  [[gnu::cold]] void trace_enqueue(const Tracepoints& points, const void* message) const noexcept;
   /// Its publisher had no message to lend.
   void refuse_loan() noexcept { refused_loans_.fetch_add(1, std::memory_order_relaxed); }
   std::uint64_t refused_loans() const noexcept {

@@ -47,6 +47,11 @@ EVENTS = {
     "callback_end": "callback:address",
     "rcl_lifecycle_state_machine_init": "node_handle:address state_machine:address",
     "rcl_lifecycle_transition": "state_machine:address start_label:text goal_label:text",
+    "rclcpp_construct_ring_buffer": "buffer:address capacity:uint64",
+    "rclcpp_buffer_to_ipb": "buffer:address ipb:address",
+    "rclcpp_ipb_to_subscription": "ipb:address subscription:address",
+    "rclcpp_ring_buffer_enqueue": "buffer:address index:uint64 size:uint64 overwritten:int32",
+    "rclcpp_ring_buffer_dequeue": "buffer:address index:uint64 size:uint64",
     "rclcpp_executor_get_next_ready": "",
     "rclcpp_executor_wait_for_work": "timeout:int64",
     "rclcpp_executor_execute": "handle:address",
@@ -137,6 +142,28 @@ def fields_of(metadata):
     return found
 
 
+class Queues:
+    """Of subscriptions: the messages that wait there."""
+
+    def __init__(self):
+        self.waiting, self.overwritten, self.strange = collections.defaultdict(list), collections.Counter(), []
+
+    def add(self, event, fields):
+        waiting = self.waiting[fields["buffer"]]
+        if event.endswith("enqueue"):
+            waiting.append(fields["index"])
+            self.overwritten[fields["buffer"]] += int(fields["overwritten"])
+        elif fields["index"] in waiting:
+            waiting.remove(fields["index"])
+        else:
+            self.strange.append(fields)
+
+    def check(self):
+        left = {buffer: len(waiting) for buffer, waiting in self.waiting.items() if len(waiting) > self.overwritten[buffer]}
+        check("what is taken out of a queue was put in, and nothing else", self.waiting and not self.strange and not left,
+              self.strange[:2], left)
+
+
 def name_of(fields, key):
     return fields[key].strip('"')
 
@@ -156,7 +183,8 @@ def test_one_process(name, *words):
           {name: (described.get(name), fields) for name, fields in EVENTS.items() if described.get(name) != fields})
     names, starts, running, wrong = {}, collections.Counter(), {}, []
     nodes, timers, published = set(), set(), collections.Counter()
-    groups, placed, begun, ran = {}, set(), {}, collections.defaultdict(list)
+    groups, placed, begun, ran, handles = {}, set(), {}, collections.defaultdict(list), {}
+    queues = Queues()
     for time_ns, event, fields in session.events():
         if event == "rclcpp_callback_register":
             names[fields["callback"]] = name_of(fields, "symbol")
@@ -166,6 +194,10 @@ def test_one_process(name, *words):
             timers.add(fields["timer_handle"])
         elif event == "rclcpp_intra_publish":
             published[fields["publisher_handle"]] += 1
+        elif event == "rclcpp_subscription_init":
+            handles[fields["subscription"]] = fields["subscription_handle"]
+        elif event.startswith("rclcpp_ring_buffer"):
+            queues.add(event, fields)
         elif event == "ros2_caret:add_callback_group":
             groups[fields["callback_group_addr"]] = fields["executor_addr"]
         elif event in ("ros2_caret:callback_group_add_timer", "ros2_caret:callback_group_add_subscription"):
@@ -186,8 +218,9 @@ def test_one_process(name, *words):
     check("as many executions as the run counts", {name: seen[name] for name in counted} == counted,
           {name: (seen[name], count) for name, count in counted.items() if seen[name] != count})
     check("each begins and ends on its thread", not wrong and not any(running.values()), wrong[:3])
+    queues.check()
     at = {callback: group for group, callback in placed}
-    check("each callback that ran is in a group of an executor", all(groups.get(at.get(callback)) for callback in starts
+    check("each callback that ran is in a group of an executor", all(groups.get(at.get(handles.get(callback, callback))) for callback in starts
           if names[callback] in counted), groups, placed)
     trace = json.loads(files[1].read_text())
     test_times(trace, ran, set(counted))
