@@ -13,7 +13,7 @@ import tempfile
 import time
 
 from command import run, takt
-from checks import check, environment, eventually, finish
+from checks import check, environment, eventually, finish, proves
 
 
 def check_rules(document, executed):
@@ -133,7 +133,7 @@ def test_a_container(folder):
     check("what is not traced cannot be stopped", "it is not traced; begin with `takt trace start`" in error, error)
     run("trace", "start", "robot", "--trace-clock", "boottime")
     error = run("trace", "start", "robot", status=1).stderr
-    check("what is traced is not traced twice", "traced already" in error, error)
+    check(proves("command_line.md", "A container that is traced already, or is not, is an error"), "traced already" in error, error)
     error = run("trace", "start", "robt", status=1).stderr
     check("a container that nobody has gets the nearest one", "robot" in error and error.count("\n") == 1, error)
     time.sleep(0.5)
