@@ -270,6 +270,7 @@ void Container::start(std::function<void()> on_failure) {
 }
 
 void Container::release() {
+  begin_bound_watch();  // before all that it watches: the kernel may take 20 ms for its part
   // The constructors created the timers at different times; now all start together.
   for (const auto& loaded : loaded_components()) {
     for (const auto& entity : loaded->node()->entities()) {
@@ -286,7 +287,6 @@ void Container::release() {
     }
   }
   begin_counting();
-  begin_bound_watch();
 }
 
 void Container::note(std::string text) {

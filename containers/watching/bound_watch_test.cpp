@@ -242,10 +242,7 @@ TEST(BoundWatch, SeesWhoPreempts) {
   std::vector<Deviation> found;
   const auto is_seen = Contains(AnyOf(is("dds_threads_elsewhere", "'rival'"),
                                       is("nothing_else_runs", "something ran before 'one'")));
-  // In two of 25 runs of 40 ms it saw nothing: why is not known.
-  for (int run = 0; run < 5 && !::testing::Value(found, is_seen); ++run) {
-    EXPECT_NO_THROW(found = deviations_of(with_work(5'000, ", policy: SCHED_FIFO, priority: 10")));
-  }
+  EXPECT_NO_THROW(found = deviations_of(with_work(5'000, ", policy: SCHED_FIFO, priority: 10")));
   may_end.store(true);
   rival.join();
   if (!has_rights) GTEST_SKIP() << "no right to real-time priorities";
