@@ -36,6 +36,7 @@ std::vector<std::size_t> rivals(const System& system, std::size_t executor) {
 }
 
 void check(const System& system) {
+  const auto is_time = [](Time time) { return time >= 0 && time <= kUnbounded; };
   for (const Executor& executor : system.executors) {
     refuse_unless(executor.threads > 0, executor.name, "an executor has one thread at least");
     refuse_unless(executor.let_period >= 0, executor.name, "a period is not negative");
@@ -56,6 +57,7 @@ void check(const System& system) {
   for (const Callback& callback : system.callbacks) {
     refuse_unless(callback.executor < system.executors.size(), callback.name,
                   "its executor is not in the system");
+    refuse_unless(is_time(callback.execution), callback.name, "its execution time is too long");
     refuse_unless(callback.least_execution >= 0 && callback.least_execution <= callback.execution,
                   callback.name, "its least execution time is negative, or above the longest");
     for (const Output& output : callback.outputs) {
@@ -65,10 +67,12 @@ void check(const System& system) {
                     "an output has one message at least");
       refuse_unless(output.least_delay >= 0 && output.least_delay <= output.delay, callback.name,
                     "an output has a delay that is not negative, and not below the least");
+      refuse_unless(is_time(output.delay), callback.name, "an output's delay is too long");
     }
   }
   const auto& [dispatch, wake, context_switch] = system.overheads;
-  refuse_unless(dispatch >= 0 && wake >= 0 && context_switch >= 0, "overheads", "none is negative");
+  refuse_unless(is_time(dispatch) && is_time(wake) && is_time(context_switch), "overheads",
+                "none is negative, or longer than 73 years");
   for (const Chain& chain : system.chains) {
     refuse_unless(!chain.callbacks.empty(), chain.name, "a chain has one callback at least");
     for (const std::size_t callback : chain.callbacks) {

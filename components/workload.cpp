@@ -18,6 +18,10 @@ namespace {
 using Strings = std::vector<std::string>;
 using Integers = std::vector<std::int64_t>;
 
+// Limit: a number of a workload, which becomes nanoseconds: 46 days in µs. At it: a larger one is
+// refused. Seen: the error.
+constexpr std::int64_t kMostOfEntry = 4'000'000'000'000;
+
 /// The list's entry, or the default if the list is not set.
 template <class T>
 T entry(const std::vector<T>& list, std::size_t index, std::size_t count, const char* name,
@@ -27,6 +31,12 @@ T entry(const std::vector<T>& list, std::size_t index, std::size_t count, const 
     throw Error(
         fmt::format("parameter '{}' has {} entries for {} topics", name, list.size(), count),
         "give one for each topic, or remove the list");
+  }
+  if constexpr (std::is_same_v<T, std::int64_t>) {
+    if (list[index] > kMostOfEntry) {
+      throw Error(fmt::format("parameter '{}' is {}", name, list[index]),
+                  fmt::format("write at most {}", kMostOfEntry));
+    }
   }
   return list[index];
 }

@@ -1,9 +1,12 @@
 // A container that compares what it does with what the analysis of its file assumes.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include "takt/base/available_cpus.hpp"
 #include "takt/containers/container_parts.hpp"
 #include "takt/containers/watching/bound_watch.hpp"
 
@@ -11,6 +14,18 @@ namespace takt {
 namespace {
 
 constexpr auto kBetweenLooks = std::chrono::seconds(1);
+
+/// How the CPUs of this process are others than the file states, if some thread may use all.
+std::string other_cpus(const SystemDescription& description) {
+  const std::set<int> stated(description.machine.cpus.begin(), description.machine.cpus.end());
+  const std::set<int> here(available_cpus().begin(), available_cpus().end());
+  const bool are_all_bound = std::none_of(
+      description.threads.begin(), description.threads.end(),
+      [](const ThreadDescription& thread) { return thread.attributes.affinity.empty(); });
+  if (stated.empty() || stated == here || are_all_bound) return {};
+  return fmt::format("the process may use the CPUs {}, and `machine: cpus` has {}",
+                     fmt::join(here, ", "), fmt::join(stated, ", "));
+}
 
 }  // namespace
 
@@ -33,7 +48,21 @@ void Container::make_bound_watch() {
       chain->watch(*bounds.chains[i].bound);
     }
   }
-  *bound_watch_.lock() = std::make_unique<BoundWatch>(model, bounds, process);
+  auto watch = std::make_unique<BoundWatch>(model, bounds, process);
+  if (const std::string other = other_cpus(description_); !other.empty()) watch->differs(other);
+  *bound_watch_.lock() = std::move(watch);
+  // It may be started otherwise than it was analysed: with another executor, or on other CPUs.
+  for (std::size_t i = 0; i < model.chains.size(); ++i) {
+    const SystemModel::Chain& chain = model.chains[i];
+    const ModelBounds::Chain& bound = bounds.chains[i];
+    if (chain.deadline == Nanoseconds::zero() || (bound.bound && *bound.bound <= chain.deadline)) {
+      continue;
+    }
+    note(fmt::format("chain '{}' has no guarantee as it runs here: {}", chain.name,
+                     bound.bound ? fmt::format("its bound is {}, and its deadline {}",
+                                               to_string(*bound.bound), to_string(chain.deadline))
+                                 : bound.why_not));
+  }
 }
 
 std::vector<int> Container::threads_of_callbacks() const {

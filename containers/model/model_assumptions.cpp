@@ -141,6 +141,7 @@ void AssumptionFinder::add_assumptions() {
   add_reserved_threads();
   add_assumptions_of_machine();
   add_overheads();
+  add_orders();
   add_assumptions_of_model();
   add_assumptions_of_start();
   add_who_else_sends();
@@ -284,9 +285,11 @@ void AssumptionFinder::add_what_others_may_change() {
       processes_.size() == 1 && (measured_ == nullptr || measured_->path == description_.model);
   assume({.id = "nothing_is_changed",
           .state = if_watched(),
-          .text = is_known ? "no container unloads a component of a chain"
-                           : "no container gets or unloads a component, and no callback gets other "
-                             "parameters",
+          .text = is_known
+                      ? "no container unloads a component of a chain, and no node gets simulated "
+                        "time (`use_sim_time`)"
+                      : "no container gets or unloads a component, no callback gets other "
+                        "parameters, and no node gets simulated time (`use_sim_time`)",
           .name = {},
           .source = "nobody",
           .executor = {}});

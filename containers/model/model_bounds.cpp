@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/counted.hpp"
+#include "takt/containers/model/join_losses.hpp"
 #include "takt/containers/model/system_model.hpp"
 
 namespace takt {
@@ -13,12 +14,6 @@ namespace {
 
 using analysis::Count;
 using analysis::kUnbounded;
-
-/// What may be lost at one callback, of how many; empty: nothing.
-struct Loss {
-  std::string why;
-  Count one_of = 1;  // of so many one comes through; 0: of none it is known
-};
 
 // A release that comes before the one before it has begun is served together with it; `skip` drops
 // it as long as that one has not ended.
@@ -140,6 +135,10 @@ Loss loss_of_loans(const SystemModel& model, const ModelBounds& bounds, std::siz
 
 void find_losses(const SystemModel& model, const ModelBounds& bounds,
                  const std::vector<std::size_t>& path, ModelBounds::Chain& result) {
+  const auto why_lost_at = [&](std::size_t callback) {
+    const std::string& best_effort = model.callbacks[callback].best_effort;
+    return best_effort.empty() ? loss_at(model, bounds, callback).why : best_effort;
+  };
   for (const std::size_t callback : path) {
     Loss loss = loss_at(model, bounds, callback);
     const std::string& best_effort = model.callbacks[callback].best_effort;
@@ -149,6 +148,9 @@ void find_losses(const SystemModel& model, const ModelBounds& bounds,
   }
   for (std::size_t i = 1; i < path.size(); ++i) {
     Loss loss = loss_of_loans(model, bounds, path[i - 1], path[i]);
+    result.one_of = analysis::times(result.one_of, loss.one_of);
+    if (result.why_lossy.empty()) result.why_lossy = std::move(loss.why);
+    loss = loss_of_join(model, bounds.all, path[i - 1], path[i], why_lost_at);
     result.one_of = analysis::times(result.one_of, loss.one_of);
     if (result.why_lossy.empty()) result.why_lossy = std::move(loss.why);
   }
@@ -198,7 +200,13 @@ ModelBounds analyze(const SystemModel& model) {
     }
     if (result.why_not.empty()) result.why_not = why_handled(model, bounds, chain.executors);
     if (!result.why_not.empty()) continue;
-    result.bound = Nanoseconds(found.bound);
+    if (chain.delay >= kUnbounded) {
+      result.why_not =
+          "it is not known how long messages to its first callback are on their way: "
+          "their topic has no `delay`";
+      continue;
+    }
+    result.bound = Nanoseconds(analysis::plus(found.bound, chain.delay));
     find_losses(model, bounds, model.system.chains[chain.index].callbacks, result);
   }
   return bounds;

@@ -127,6 +127,8 @@ class AssumptionFinder : public ModelParts {
   void add_reservations(std::size_t executor);
   void add_threads_of_others(std::size_t executor);
   void add_assumptions_of_machine();
+  void add_cpus();
+  void add_orders();
   void add_overheads();
   void add_assumptions_of_model();
   void add_assumptions_of_start();
@@ -146,11 +148,27 @@ class AssumptionFinder : public ModelParts {
                                                    const ModelledProcess::Member& node) const;
 };
 
-/// Makes a SystemModel, step by step: an object for each.
+/// The chains of a model, and why they have no instances.
 /// Thread safety: none. Real-time: no.
-class ModelBuilder : public AssumptionFinder {
+class ChainFinder : public AssumptionFinder {
  public:
   using AssumptionFinder::AssumptionFinder;
+
+ protected:
+  void add_chains();
+
+ private:
+  analysis::Time delay_before(std::size_t first);
+  std::string why_nothing_comes(const std::vector<std::size_t>& path);
+  std::string why_it_never_joins(const std::vector<std::size_t>& path);
+  std::string why_it_never_runs(std::size_t callback);
+};
+
+/// Makes a SystemModel, step by step: an object for each.
+/// Thread safety: none. Real-time: no.
+class ModelBuilder : public ChainFinder {
+ public:
+  using ChainFinder::ChainFinder;
 
   SystemModel build() {
     set_overheads();
@@ -222,8 +240,6 @@ class ModelBuilder : public AssumptionFinder {
   analysis::Time period_before(std::size_t callback) const;
   void set_order(const ModelledPart& part);
   void pass_on_what_is_unknown();
-  void add_chains();
-  std::string why_nothing_comes(const std::vector<std::size_t>& path);
 };
 
 }  // namespace takt

@@ -10,7 +10,7 @@
 
 namespace takt {
 
-void ModelBuilder::add_chains() {
+void ChainFinder::add_chains() {
   for (const PlannedChain& planned : chains_) {
     SystemModel::Chain chain{.name = planned.options.name, .deadline = planned.options.deadline};
     for (const ChainDescription& stated : description_.chains) {
@@ -40,6 +40,7 @@ void ModelBuilder::add_chains() {
           path.size() == 1 || std::any_of(before.begin(), before.end(), [&](const auto& output) {
             return output.to == path.back();
           });
+      if (is_linked && chain.why_not.empty()) chain.why_not = why_it_never_joins(path);
       if (is_linked || !chain.why_not.empty()) continue;
       if (!in_circle_.contains(path.back())) {
         chain.why_not = fmt::format(
@@ -53,14 +54,78 @@ void ModelBuilder::add_chains() {
           "of how often they run; state its `arrival`",
           to_string(Chain::Step{node, name}));
     }
+    if (!path.empty()) chain.delay = delay_before(path.front());
     chain.index = model_.system.chains.size();
     if (chain.why_not.empty()) model_.system.chains.push_back({chain.name, std::move(path)});
     model_.chains.push_back(std::move(chain));
   }
 }
 
+// A chain that begins with a message begins when that is sent.
+analysis::Time ChainFinder::delay_before(std::size_t first) {
+  analysis::Time longest = 0;
+  for (const analysis::Callback& from : model_.system.callbacks) {
+    for (const analysis::Output& output : from.outputs) {
+      if (output.to == first) longest = std::max(longest, output.delay);
+    }
+  }
+  const Entity& entity = *callbacks_[first]->entity;
+  if (entity.kind() == EntityKind::timer || !model_.system.callbacks[first].arrivals) {
+    return longest;
+  }
+  const auto stated = description_.delays.find(std::string(entity.topic()));
+  if (stated != description_.delays.end()) {
+    return std::max(longest, stated->second.longest.count());
+  }
+  assume_of(first, "as_declared",
+            "messages from outside to {} are not on their way for longer than nothing: their topic "
+            "has no `delay`");
+  return longest;
+}
+
+// A join before the last callback of the path sends nothing when one of its inputs never comes.
+std::string ChainFinder::why_it_never_joins(const std::vector<std::size_t>& path) {
+  if (path.size() < 2) return {};
+  const auto is_input = [&](std::size_t callback) {
+    const auto& outputs = model_.system.callbacks[callback].outputs;
+    return std::any_of(outputs.begin(), outputs.end(), [&](const analysis::Output& output) {
+      return output.to == path.back() && output.waits;
+    });
+  };
+  const std::size_t own = path[path.size() - 2];
+  if (!is_input(own)) return {};
+  for (std::size_t other = 0; other < callbacks_.size(); ++other) {
+    if (other == own || !is_input(other)) continue;
+    if (const std::string why = why_it_never_runs(other); !why.empty()) {
+      return fmt::format("a join before '{}' waits for '{}': {}",
+                         model_.system.callbacks[path.back()].name,
+                         model_.system.callbacks[other].name, why);
+    }
+  }
+  return {};
+}
+
+// Nothing comes to it, or to all that send to it. Circles have been cut.
+std::string ChainFinder::why_it_never_runs(std::size_t callback) {
+  std::string why;
+  if (model_.system.callbacks[callback].arrivals) return why_nothing_comes({callback});
+  for (const auto& [link, reason] : nothing_passes_) {
+    if (link.second == callback) why = reason;
+  }
+  for (std::size_t from = 0; from < callbacks_.size(); ++from) {
+    const auto& outputs = model_.system.callbacks[from].outputs;
+    if (std::none_of(outputs.begin(), outputs.end(),
+                     [&](const analysis::Output& output) { return output.to == callback; })) {
+      continue;
+    }
+    why = why_it_never_runs(from);
+    if (why.empty()) return why_nothing_comes({callback});
+  }
+  return why.empty() ? why_nothing_comes({callback}) : why;
+}
+
 // Why a chain has no instances, as far as its last callback here; empty: nothing is against it.
-std::string ModelBuilder::why_nothing_comes(const std::vector<std::size_t>& path) {
+std::string ChainFinder::why_nothing_comes(const std::vector<std::size_t>& path) {
   const std::size_t index = path.back();
   const ModelledProcess::Callback& callback = *callbacks_[index];
   const std::string& name = model_.system.callbacks[index].name;

@@ -145,11 +145,10 @@ void AssumptionFinder::add_reserved_thread(const ThreadAttributes& own, const st
     const bool may_meet =
         std::find_first_of(mine.begin(), mine.end(), its.begin(), its.end()) != mine.end();
     if (!may_meet) continue;
-    const bool is_bound = !own.affinity.empty();
-    assume({.id = is_bound ? key : "dds_threads_elsewhere",
-            .state = is_bound ? Assumption::State::not_covered : Assumption::State::unchecked,
-            .text = fmt::format("thread '{}' runs before {{}}, on its CPU, for as long as it likes",
-                                own.name),
+    assume({.id = key,
+            .state = Assumption::State::not_covered,
+            .text = fmt::format("thread '{}' {} before {{}}, on its CPU, for as long as it likes",
+                                own.name, own.affinity.empty() ? "may run" : "runs"),
             .name = "'" + other.name + "'",
             .source = declared_at(line_of("the file", "threads")),
             .executor = thread.executor});

@@ -1,9 +1,12 @@
 // What a model takes for granted of the machine: what else runs there, and what that costs.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "takt/containers/component.hpp"
 #include "takt/containers/model/model_builder.hpp"
@@ -18,6 +21,7 @@ using State = Assumption::State;
 
 void AssumptionFinder::add_assumptions_of_machine() {
   const auto& executors = model_.system.executors;
+  add_cpus();
   for (std::size_t i = 0; i < executors.size(); ++i) {
     add_what_else_runs(i);
     const auto [slowest, fastest] = speeds_of(i);
@@ -72,6 +76,41 @@ void AssumptionFinder::add_assumptions_of_machine() {
             .name = {},
             .source = "this machine",
             .executor = {}});
+  }
+}
+
+// Threads without an affinity use all of `machine: cpus`.
+void AssumptionFinder::add_cpus() {
+  const std::set<int> stated(description_.machine.cpus.begin(), description_.machine.cpus.end());
+  const std::set<int> here(available_cpus().begin(), available_cpus().end());
+  if (stated.empty() || stated == here) return;
+  for (const ModelledThread& thread : threads_) {
+    if (!thread.attributes.affinity.empty()) continue;
+    assume({.id = "as_declared",
+            .state = State::unchecked,
+            .text = fmt::format("the threads of {{}} may use the CPUs {}, though here the process "
+                                "may use {}",
+                                fmt::join(stated, ", "), fmt::join(here, ", ")),
+            .name = "'" + model_.system.executors[thread.executor].name + "'",
+            .source = declared_at(line_of("a machine", "cpus")),
+            .executor = thread.executor});
+  }
+}
+
+// Checks of a scheduler see some of its choices.
+void AssumptionFinder::add_orders() {
+  constexpr std::array kOfTakt{"chain_priority", "edf",    "fifo", "fixed_priority",
+                               "least_laxity",   "listed", "ros",  "round_robin"};
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const std::string& name = parts_[i].scheduler;
+    if (std::find(kOfTakt.begin(), kOfTakt.end(), name) != kOfTakt.end()) continue;
+    if (model_.system.executors[i].order == analysis::Order::arbitrary) continue;
+    assume({.id = "as_declared",
+            .state = State::unchecked,
+            .text = fmt::format("scheduler '{}' always orders as its traits say", name),
+            .name = {},
+            .source = "its library",
+            .executor = i});
   }
 }
 

@@ -110,6 +110,9 @@ struct SystemModel {
     Nanoseconds deadline{0};  // 0: none
     Nanoseconds observed{0};  // the longest that the measured model has seen; 0: not known
     bool allows_losses = false;
+    /// How long messages to its first callback are on their way: they are released when they are
+    /// sent. kUnbounded: that is not known.
+    analysis::Time delay = 0;
     std::vector<Assumption> assumptions;  // of its bound, each id once
     std::set<std::size_t> executors;      // on whose numbers it depends
     std::string why_not;                  // if it is not in the system

@@ -315,7 +315,7 @@ Analyzed joined(std::uint64_t received, std::size_t at_once) {
 realtime: require
 threads: {one: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
 executors: {default: {type: events, threads: [one]}}
-chains: [{name: c, deadline: 50ms, path: [b/tick, j/b, r/t]}]
+chains: [{name: c, deadline: 50ms, losses: allowed, path: [b/tick, j/b, r/t]}]
 container:
   name: joined
   components:
@@ -333,6 +333,48 @@ TEST(Traps, AJoinSendsWhatARunHasShown) {
   EXPECT_EQ(one.verdict(), Verdict::guaranteed);
   EXPECT_GT(*joined(1000, 3).bound().bound, *one.bound().bound);  // three at once
   EXPECT_GT(*joined(2000, 1).bound().bound, *one.bound().bound);  // one for each input
+}
+
+// It begins when its first message is sent, in another process or outside of the file.
+TEST(Traps, AChainThatBeginsWithAMessageHasItsDelay) {
+  const auto bound = [](const std::string& top) {
+    std::string text = two_processes("realtime: require\n" + top);
+    text.replace(text.find("x/x_timer, y/x"), 14, "y/x");
+    return analyzed(text, nullptr, /*accepts_all=*/true).bound();
+  };
+  EXPECT_FALSE(bound("").bound);
+  ASSERT_TRUE(bound("topics: {/x: {delay: {max: 50ms}}}\n").bound);
+  EXPECT_GT(*bound("topics: {/x: {delay: {max: 50ms}}}\n").bound, 50ms);
+  EXPECT_EQ(*bound("topics: {/x: {delay: {max: 70ms}}}\n").bound -
+                *bound("topics: {/x: {delay: {max: 60ms}}}\n").bound,
+            10ms);
+  TrapFile outside{.path = "r/t"};
+  std::string text = outside.text();
+  text.replace(text.find("t: {execution: 1ms}"), 19,
+               "t: {execution: 1ms, arrival: {period: 20ms}}");
+  text.erase(text.find("    - component: takt::test::TrapSender"),
+             text.find("    - component: takt::test::TrapReceiver") -
+                 text.find("    - component: takt::test::TrapSender"));
+  EXPECT_THAT(analyzed(text).text_of("as_declared"), HasSubstr("has no `delay`"));
+}
+
+// Names of CPUs that another process has, and of CPUs that are not here.
+TEST(Traps, CpusAreNamedOnceAndAreHere) {
+  const auto error = [](const std::string& top) {
+    try {
+      TrapFile{.top = top}.analyzed();
+    } catch (const Error& refused) {
+      return std::string(refused.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(error("machine: {cpus: [0, 0]}"), HasSubstr("CPU 0 is in the list twice"));
+  const std::string more = "machine: {cpus: 1024}";
+  EXPECT_THAT(TrapFile{.top = more}.analyzed().text_of("as_declared"),
+              Not(HasSubstr("may use the CPUs")));  // its thread has one
+  std::string text = TrapFile{.top = more}.text();
+  text.replace(text.find(", affinity: [0]"), 15, "");
+  EXPECT_THAT(analyzed(text).text_of("as_declared"), HasSubstr("may use the CPUs 0, 1, 2"));
 }
 
 // What triggers a guard condition twice before it runs is served once.

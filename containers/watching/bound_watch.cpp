@@ -12,6 +12,7 @@
 
 #include "takt/base/available_cpus.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/entities/timer.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
 namespace takt {
@@ -154,6 +155,7 @@ void BoundWatch::look(const std::vector<int>& threads,
     look_at_callback(watched, counted != callbacks.end() ? *counted : CallbackStatistics(),
                      is_over);
     if (!is_over) look_at_what_waits(watched);
+    look_at_clock(watched);
   }
   for (const CallbackStatistics& each : callbacks) look_at_what_is_new(each);
   for (const auto& chain : chains) look_at_chain(*chain);
@@ -171,6 +173,17 @@ void BoundWatch::look_at_what_is_new(const CallbackStatistics& counted) {
   }
   if (!is_of_known_node) return;
   report("as_declared", name, fmt::format("'{}' was made later", name), 1, all_);
+}
+
+// Its timers may then run at any speed.
+void BoundWatch::look_at_clock(const Watched& callback) {
+  const auto entity = callback.entity.lock();
+  const auto* const timer = dynamic_cast<const Timer*>(entity.get());
+  if (timer == nullptr) return;
+  const auto simulated = timer->clock().as_simulated();
+  if (simulated == nullptr || !simulated->simulates()) return;
+  report("nothing_is_changed", callback.name + " clock",
+         fmt::format("'{}' follows simulated time", callback.name), 1, all_);
 }
 
 // One that is not served ends no execution that could be compared.
@@ -316,6 +329,10 @@ void BoundWatch::look_at_cpus(const Figures& now) {
 
 void BoundWatch::changed(const std::string& what) {
   report("nothing_is_changed", what, what, counted_so_far("changes", what, 1), all_);
+}
+
+void BoundWatch::differs(const std::string& what) {
+  report("as_declared", what, what, 1, all_);
 }
 
 void BoundWatch::refused(const std::string& thread, const std::string& why) {

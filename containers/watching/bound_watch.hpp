@@ -41,6 +41,8 @@ class BoundWatch {
             const std::vector<std::shared_ptr<Chain>>& chains, bool is_over);
   /// Somebody has loaded a component, unloaded one, or changed parameters of callbacks.
   void changed(const std::string& what);
+  /// Something is not as the file states.
+  void differs(const std::string& what);
   /// A thread that runs callbacks did not get what the file asks for.
   void refused(const std::string& thread, const std::string& why);
 
@@ -74,6 +76,7 @@ class BoundWatch {
   void look_at_callback(Watched& callback, const CallbackStatistics& counted, bool is_over);
   void look_at_what_is_new(const CallbackStatistics& counted);
   void look_at_what_waits(const Watched& callback);
+  void look_at_clock(const Watched& callback);
   void look_at_what_comes_from_outside(Watched& callback, std::uint64_t count);
   void look_at_chain(const Chain& chain);
   void look_at_machine(const std::vector<int>& threads);

@@ -187,6 +187,18 @@ std::string why(int error_number) {
       errno_message(error_number), limit.rlim_cur);
 }
 
+/// Empty: nothing ends a process whose threads are real-time.
+std::string why_it_would_end(ThreadPolicy policy) {
+  rlimit limit{};
+  getrlimit(RLIMIT_RTTIME, &limit);
+  if (limit.rlim_cur == RLIM_INFINITY || !has_priority(policy)) return {};
+  return fmt::format(
+      "RLIMIT_RTTIME is {} us, and Linux ends a process of which a real-time thread runs for "
+      "longer "
+      "without sleeping; `ulimit -R unlimited` lifts that",
+      limit.rlim_cur);
+}
+
 }  // namespace
 
 bool is_realtime(ThreadPolicy policy) noexcept {
@@ -384,7 +396,10 @@ ThreadState apply(const ThreadAttributes& attributes, Realtime realtime) {
   }
   wake_up_on_time();
   if (realtime != Realtime::off) {
-    if (const int error = set_policy(attributes); error != 0) {
+    const std::string end = why_it_would_end(attributes.policy);
+    if (!end.empty()) {
+      refuse(asked_text(attributes), end);
+    } else if (const int error = set_policy(attributes); error != 0) {
       refuse(asked_text(attributes),
              attributes.policy == ThreadPolicy::deadline ? why_not_reserved(error) : why(error));
     }

@@ -76,7 +76,12 @@ SystemReader::Read ConfigurationReader::into_cpus(std::vector<int>& cpus) {
       each_in_list([&](const Value& entry) {
         int cpu = 0;
         into(cpu, 0)(entry);
-        if (!is_describing()) cpus.push_back(cpu);
+        if (is_describing()) return;
+        if (std::find(cpus.begin(), cpus.end(), cpu) != cpus.end()) {
+          errors_.add(entry.line, fmt::format("CPU {} is in the list twice", cpu),
+                      "name each CPU once");
+        }
+        cpus.push_back(cpu);
       })(value);
     } else {
       into(count, 1, 1024)(value);

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "takt/base/available_cpus.hpp"
@@ -79,6 +81,10 @@ void ConfigurationReader::read_cpu(const Value& value, std::vector<int>& cpus) {
   int cpu = -1;
   into(cpu, 0)(value);
   if (cpu < 0) return;
+  if (std::find(cpus.begin(), cpus.end(), cpu) != cpus.end()) {
+    return errors_.add(value.line, fmt::format("CPU {} is in the list twice", cpu),
+                       "name each CPU once");
+  }
   if (names_cpus_) return cpus.push_back(cpu);  // see check_cpus_of_threads
   if (errors_.passes(value.line, [&] { ThreadAttributes{.affinity = {cpu}}.check(); })) {
     cpus.push_back(cpu);

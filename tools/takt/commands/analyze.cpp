@@ -85,6 +85,8 @@ void run(Options options) {
   options.how.measures_overheads = !options.overheads.empty();
   if (options.lines) return analyze_lines(options.how);
   if (options.file.empty()) throw CLI::RequiredError("FILE");
+  note_variables(options.how.overrides.executor, options.placement,
+                 options.how.overrides.scheduler);
   if (!options.report.empty()) check_report(options.report);
   if (!program_words().empty()) {
     read_system(options.file, options.how.settings);  // its errors are not the program's
@@ -128,12 +130,16 @@ void set_up(CLI::App* command) {
       "run");
   command->add_option("--model", options->how.model,
                       "A file of `takt model`, with measured execution times and arrivals");
-  command->add_option("--executor", options->how.overrides.executor,
-                      "As for `takt run`: makes each executor of the file one of this type (see: "
-                      "takt list executors)");
-  placement_option(command, options->placement);
-  command->add_option("--scheduler", options->how.overrides.scheduler,
-                      "As for `takt run` (see: takt list schedulers)");
+  command
+      ->add_option("--executor", options->how.overrides.executor,
+                   "As for `takt run`: makes each executor of the file one of this type (see: "
+                   "takt list executors)")
+      ->envname("TAKT_EXECUTOR");
+  placement_option(command, options->placement)->envname("TAKT_PLACEMENT");
+  command
+      ->add_option("--scheduler", options->how.overrides.scheduler,
+                   "As for `takt run` (see: takt list schedulers)")
+      ->envname("TAKT_SCHEDULER");
   command
       ->add_option("--overheads", options->overheads,
                    "`measure`: measures in two seconds what Linux and Takt need on this machine, "

@@ -217,17 +217,6 @@ bool is_triggered(const std::vector<SystemDescription>& system, const rt::Run::T
   return false;
 }
 
-/// A variable that somebody exported long ago changes what runs.
-void note_variables(const Options& options) {
-  const auto note = [](const char* name, const char* given, const std::string& value) {
-    if (given == nullptr || value.empty() || value != given) return;
-    rt::to_stderr("note: {}={} is in force\n", name, value);
-  };
-  note("TAKT_EXECUTOR", std::getenv("TAKT_EXECUTOR"), options.executor);
-  note("TAKT_PLACEMENT", std::getenv("TAKT_PLACEMENT"), options.placement);
-  note("TAKT_SCHEDULER", std::getenv("TAKT_SCHEDULER"), options.scheduler);
-}
-
 /// Somebody may expect all on one executor, as Takt once did.
 void note_placement(const rt::Run& run, const Options& options) {
   if (options.executor.empty() || options.placement != "file") return;
@@ -271,7 +260,7 @@ FinishedRun run_system(const std::vector<SystemDescription>& system, const Optio
                         .trace_events = trace_events(options),
                         .has_stdout = !options.results.use_stdout()});
   }
-  note_variables(options);
+  note_variables(options.executor, options.placement, options.scheduler);
   if (!options.name.empty()) warn_if_it_loads_nothing(system.front());
   return run_processes(system, {.overrides = overrides(options),
                                 .duration = duration,

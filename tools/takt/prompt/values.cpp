@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdlib>
 #include <optional>
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include "takt/base/error.hpp"
 #include "takt/base/trace_clock.hpp"
 #include "takt/containers/container.hpp"
+#include "takt/measuring/output.hpp"
 
 namespace takt::tools {
 namespace {
@@ -88,6 +90,18 @@ CLI::Option* trace_clock_option(CLI::App* command, std::string& clock) {
                                     "The clock of the trace's times, to fit those of ftrace, perf "
                                     "or LTTng (default: monotonic)"),
                 TraceClock::names());
+}
+
+void note_variables(const std::string& executor, const std::string& placement,
+                    const std::string& scheduler) {
+  const auto note = [](const char* name, const std::string& value) {
+    const char* const given = std::getenv(name);
+    if (given == nullptr || value.empty() || value != given) return;
+    rt::to_stderr("note: {}={} is in force\n", name, value);
+  };
+  note("TAKT_EXECUTOR", executor);
+  note("TAKT_PLACEMENT", placement);
+  note("TAKT_SCHEDULER", scheduler);
 }
 
 CLI::Option* whole_number(CLI::Option* option, std::int64_t least, std::int64_t most) {

@@ -36,6 +36,10 @@ CLI::Option* placement_option(CLI::App* command, std::string& placement);
 /// Adds --trace-clock, of commands that record a trace.
 CLI::Option* trace_clock_option(CLI::App* command, std::string& clock);
 
+/// A variable that somebody exported long ago changes what runs, and what is analysed: says so.
+void note_variables(const std::string& executor, const std::string& placement,
+                    const std::string& scheduler);
+
 /// Lets options of all commands that are numbers, and none of the above, say so in the same words;
 /// no value is empty.
 void finish_values(CLI::App& command);
