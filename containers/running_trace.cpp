@@ -97,10 +97,12 @@ TraceContainer::Response RunningTrace::serve(const TraceContainer::Request& requ
 }
 
 std::size_t RunningTrace::room() const {
-  std::size_t threads = 16;
-  for (const auto& running : executors_)
-    threads = std::max(threads, running->executor->running_threads().size());
-  return std::max<std::size_t>(std::bit_floor(kMostTracedInAll / threads), 1024);
+  std::size_t threads = 0;
+  for (const auto& running : executors_) {
+    if (!running->is_own) threads += running->executor->running_threads().size();
+  }
+  const std::size_t each = kMostTracedInAll / std::max<std::size_t>(threads, 16);
+  return std::max<std::size_t>(std::bit_floor(each), 1024);
 }
 
 void RunningTrace::start(const std::string& clock) {
@@ -117,8 +119,9 @@ void RunningTrace::start(const std::string& clock) {
     for (const auto& running : executors_) running->executor->end_trace();
   };
   std::unique_ptr<void, decltype(end_all)> end_unless_all_began(this, end_all);
+  const std::size_t events = std::min(room(), kMostTraceEvents);
   for (const auto& running : executors_) {
-    if (!running->is_own) running->executor->begin_trace(std::min(room(), kMostTraceEvents));
+    if (!running->is_own) running->executor->begin_trace(events);
   }
   begun_ =
       std::make_unique<Begun>(Begun{clock, by, by.offset(), Clock::steady().now(), Scheduling()});
