@@ -74,13 +74,30 @@ def count(body):
     return functions, fields
 
 
-def sizes(text):
+def sizes(text, kinds=("class",)):
     """(name, line, functions, fields) of each class."""
     lines = cpp_source.without_comments(text).split("\n")
     for kind, name, first, last, _ in cpp_source.outline(text):
-        if kind == "class":
+        if kind in kinds:
             body = "\n".join(lines[first - 1:last])
             yield name, first, *count(body[body.index("{") + 1:body.rindex("}")])
+
+
+def of_folder(files, folder):
+    """What a folder's code has: lines without comments, directives and blank ones; functions that have a body; and of
+    its larger classes (functions, fields)."""
+    lines = functions = 0
+    of_classes = {}
+    for file in files:
+        if not file.path.startswith(folder) or not file.path.endswith((".hpp", ".cpp")) or is_test(file.path):
+            continue
+        lines += sum(1 for line in cpp_source.without_comments(file.text).split("\n") if line.strip())
+        functions += sum(1 for kind, *_ in cpp_source.outline(file.text) if kind == "function")
+        if file.path.endswith(".hpp"):
+            of_classes.update({name: counts for name, _, *counts in sizes(file.text, ("class", "struct"))})
+    larger = sorted(of_classes.items(), key=lambda each: -sum(each[1]))[:8]
+    return (f"{folder} {lines} lines of code, {functions} functions; classes (functions, fields): " +
+            ", ".join(f"{name} ({counts[0]}, {counts[1]})" for name, counts in larger))
 
 
 def too_large(path, text):
