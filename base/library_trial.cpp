@@ -119,6 +119,10 @@ void check_elf(const RegularFile& file) {
 
 // ---- Trying ----
 
+// Limit: time that a process that has loaded a library may take to end. At it: it is killed, and
+// counts as one that ends well. Seen: nothing.
+constexpr std::chrono::seconds kMostOfEnd(1);
+
 /// The program takt_try_library at work.
 class Trial {
  public:
@@ -167,25 +171,24 @@ class Trial {
 
   /// Until the library is loaded, the process has ended, or the time is up. False: time is up.
   bool wait(TimePoint end) {
-    while (!is_loaded()) {
-      const Nanoseconds left = end - Clock::steady().now();
-      if (left <= Nanoseconds::zero()) return false;
-      const timespec time{left / std::chrono::seconds(1), (left % std::chrono::seconds(1)).count()};
-      pollfd readable{output_, POLLIN, 0};
-      const int ready = ppoll(&readable, 1, &time, nullptr);
-      if (ready <= 0) continue;
-      std::array<char, 4096> buffer;
-      const ssize_t size = ::read(output_, buffer.data(), buffer.size());
-      if (size < 0 && errno == EINTR) continue;
-      if (size <= 0) break;
-      text_.append(buffer.data(), static_cast<std::size_t>(size));
-      if (text_.size() > 2 * kMostText) text_.erase(0, text_.size() - kMostText);
+    while (!is_loaded_) {
+      if (Clock::steady().now() >= end) return false;
+      if (!read(end)) {
+        reap();
+        return true;
+      }
     }
-    reap();
     return true;
   }
   /// It says so by a zero byte, when all initialisers have returned.
-  bool is_loaded() const { return !text_.empty() && text_.back() == '\0'; }
+  bool is_loaded() const { return is_loaded_; }
+  /// The process ends as one that has loaded the library; one that does not end is not waited for.
+  bool ends_well(TimePoint limit) {
+    while (Clock::steady().now() < limit && read(limit)) {
+    }
+    reap();
+    return !WIFSIGNALED(*status_) || WTERMSIG(*status_) == SIGKILL;
+  }
   /// "was ended by signal 6 (Aborted): terminate called …"
   std::string end() const {
     const int status = status_.value_or(0);
@@ -194,6 +197,7 @@ class Trial {
                                         sigdescr_np(WTERMSIG(status)))
                           : fmt::format("has ended with status {}", WEXITSTATUS(status));
     std::string said = text_.substr(text_.size() - std::min(text_.size(), kMostText));
+    std::erase(said, '\0');
     while (!said.empty() && said.back() == '\n') said.pop_back();
     std::replace(said.begin(), said.end(), '\n', ' ');
     return said.empty() ? end : fmt::format("{}: {}", end, said);
@@ -203,6 +207,22 @@ class Trial {
   // Limit: bytes of what a library prints while it is tried. At it: the last ones are kept. Seen:
   // nothing.
   static constexpr std::size_t kMostText = 1000;
+
+  // What it writes next. False: it has ended.
+  bool read(TimePoint end) {
+    const Nanoseconds left = std::max(Nanoseconds::zero(), end - Clock::steady().now());
+    const timespec time{left / std::chrono::seconds(1), (left % std::chrono::seconds(1)).count()};
+    pollfd readable{output_, POLLIN, 0};
+    if (ppoll(&readable, 1, &time, nullptr) <= 0) return true;
+    std::array<char, 4096> buffer;
+    const ssize_t size = ::read(output_, buffer.data(), buffer.size());
+    if (size < 0 && errno == EINTR) return true;
+    if (size <= 0) return false;
+    text_.append(buffer.data(), static_cast<std::size_t>(size));
+    is_loaded_ |= text_.find('\0') != text_.npos;
+    if (text_.size() > 2 * kMostText) text_.erase(0, text_.size() - kMostText);
+    return true;
+  }
 
   // One that ends already has its status; another one has closed its output, and goes on.
   void reap() {
@@ -218,6 +238,7 @@ class Trial {
   pid_t pid_ = -1;
   int output_ = -1;
   std::string text_;
+  bool is_loaded_ = false;
   std::optional<int> status_;
 };
 
@@ -246,7 +267,11 @@ void try_library(const std::string& path, Nanoseconds limit) {
                             std::chrono::duration<double>(limit).count()),
                 "its static initialisers must return");
   }
-  if (trial.is_loaded()) return;
+  if (trial.is_loaded()) {
+    if (trial.ends_well(later(Clock::steady().now(), kMostOfEnd))) return;
+    throw Error("a process that has loaded it " + trial.end(),
+                "its static destructors must return, and not crash");
+  }
   throw Error("a process that tried it " + trial.end(),
               "its static initialisers must return, and throw nothing");
 }

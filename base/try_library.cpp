@@ -1,6 +1,6 @@
 // takt_try_library LIBTAKT LIBRARY: loads the library as a program that links libtakt would, and
-// says so by a zero byte. Static initialisers that throw, exit or hang do so here
-// (library_trial.hpp).
+// says so by a zero byte, and ends as one. Static initialisers that throw, exit or hang do so here,
+// and destructors that crash (library_trial.hpp).
 // SPDX-License-Identifier: Apache-2.0
 #include <csignal>
 #include <cstdio>
@@ -26,5 +26,6 @@ int main(int argc, char** argv) {
   }
   reinterpret_cast<void (*)(const char*)>(load)(argv[2]);
   const ssize_t written = write(STDOUT_FILENO, "", 1);
-  _exit(written == 1 ? 0 : 1);
+  if (written != 1) _exit(1);
+  return 0;
 }

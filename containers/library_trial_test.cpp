@@ -87,6 +87,9 @@ TEST_F(LibraryTrial, RefusesAnInitialiserThatThrowsOrEndsItsProcess) {
   EXPECT_THAT(error_of(TAKT_THROWING_COMPONENTS),
               AllOf(HasSubstr("cannot be loaded: a process that tried it was ended by signal 6"),
                     HasSubstr("no camera"), HasSubstr("must return, and throw nothing")));
+  EXPECT_THAT(error_of(TAKT_CRASHING_COMPONENTS),
+              HasSubstr("a process that has loaded it was ended by signal 6 (Aborted); its static "
+                        "destructors must return, and not crash"));
   EXPECT_THAT(error_of(TAKT_ENDING_COMPONENTS),
               HasSubstr("a process that tried it has ended with status 0"));
 }

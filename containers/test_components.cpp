@@ -12,6 +12,16 @@
 void nowhere();
 #endif
 
+#ifdef TAKT_TEST_CRASHES
+#include <csignal>
+
+namespace {
+struct Crashing {
+  ~Crashing() { raise(SIGABRT); }
+} crashing;
+}  // namespace
+#endif
+
 #if defined TAKT_TEST_THROWS || defined TAKT_TEST_ENDS || defined TAKT_TEST_HANGS
 #include <cstdlib>
 #include <stdexcept>
