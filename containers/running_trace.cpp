@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/logger.hpp"
 #include "takt/base/printable.hpp"
 
 namespace takt {
@@ -74,6 +75,12 @@ std::size_t pages_of(std::size_t count) {
 
 }  // namespace
 
+RunningTrace::~RunningTrace() {
+  if (begun_ == nullptr && !kept_) return;
+  log(LogLevel::warn,
+      "the container was traced, and ends before `takt trace stop` has written that");
+}
+
 TraceContainer::Response RunningTrace::serve(const TraceContainer::Request& request) {
   TraceContainer::Response answer;
   const std::lock_guard lock(mutex_);
@@ -84,9 +91,11 @@ TraceContainer::Response RunningTrace::serve(const TraceContainer::Request& requ
       stop(answer);
     } else if (request.command == "read") {
       read(request.page, answer);
+    } else if (request.command == "forget") {
+      kept_.reset();
     } else {
       throw Error(fmt::format("'{}' is nothing that a trace can do", printable(request.command)),
-                  "valid: start, stop, read");
+                  "valid: start, stop, read, forget");
     }
     answer.success = true;
   } catch (const std::exception& error) {
@@ -112,9 +121,10 @@ void RunningTrace::start(const std::string& clock) {
     throw Error(fmt::format("it is traced already, since {} s", since.count()),
                 "end that with `takt trace stop`, which writes the file");
   }
+  if (kept_) {
+    throw Error("its last trace was not written yet", "write it with `takt trace stop`");
+  }
   const TraceClock by(clock);
-  events_ = {};
-  switches_ = {};
   const auto end_all = [this](void*) noexcept {
     for (const auto& running : executors_) running->executor->end_trace();
   };
@@ -129,9 +139,15 @@ void RunningTrace::start(const std::string& clock) {
 }
 
 void RunningTrace::stop(TraceContainer::Response& answer) {
+  if (begun_ == nullptr && kept_) {
+    answer = kept_->stopped;  // the last one could not write it
+    return;
+  }
   if (begun_ == nullptr) {
     throw Error("it is not traced", "begin with `takt trace start`");
   }
+  std::vector<TraceContainer::Event> events;
+  std::vector<TraceContainer::Switch> switches;
   for (const auto& running : executors_) {
     if (!running->is_own) running->executor->end_trace();
   }
@@ -149,32 +165,31 @@ void RunningTrace::stop(TraceContainer::Response& answer) {
         const auto [known, is_new] = numbers.try_emplace(
             {event.name, event.kind}, static_cast<std::uint32_t>(numbers.size()));
         if (is_new) answer.callbacks.push_back({event.name, std::string(to_string(event.kind))});
-        events_.push_back(event_of(event, answer.threads.size(), known->second));
+        events.push_back(event_of(event, answer.threads.size(), known->second));
       }
       answer.threads.push_back(thread_of(*running, traced));
     }
   }
   const Scheduling::Seen seen = begun->scheduling.end();
   for (const Scheduling::Event& event : seen.events) {
-    switches_.push_back({ns_of(event.time), event.cpu, event.thread, event.next_thread,
-                         event.was_preempted, event.is_wakeup});
+    switches.push_back({ns_of(event.time), event.cpu, event.thread, event.next_thread,
+                        event.was_preempted, event.is_wakeup});
   }
   for (const auto& [thread, name] : seen.names) {
     if (answer.names.size() < kMostNames) answer.names.push_back({thread, name});
   }
   answer.missing = seen.missing;
   answer.pages =
-      static_cast<std::uint32_t>(std::max(pages_of(events_.size()), pages_of(switches_.size())));
+      static_cast<std::uint32_t>(std::max(pages_of(events.size()), pages_of(switches.size())));
+  kept_.emplace(answer, std::move(events), std::move(switches));
 }
 
 void RunningTrace::read(std::size_t page, TraceContainer::Response& answer) {
-  const std::size_t pages = std::max(pages_of(events_.size()), pages_of(switches_.size()));
+  if (!kept_) throw Error("there is no trace to read: another one may have written it");
+  const std::size_t pages = kept_->stopped.pages;
   if (page >= pages) throw Error(fmt::format("there is no page {} of {}", page, pages));
-  answer.events = page_of(events_, page);
-  answer.switches = page_of(switches_, page);
-  if (page + 1 < pages) return;
-  events_ = {};
-  switches_ = {};
+  answer.events = page_of(kept_->events, page);
+  answer.switches = page_of(kept_->switches, page);
 }
 
 }  // namespace takt

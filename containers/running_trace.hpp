@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "takt/base/trace_clock.hpp"
@@ -22,6 +23,9 @@ namespace takt {
 class RunningTrace {
  public:
   explicit RunningTrace(RunningExecutors& executors) : executors_(executors) {}
+  ~RunningTrace();
+  RunningTrace(const RunningTrace&) = delete;
+  RunningTrace& operator=(const RunningTrace&) = delete;
   /// What is wrong is said in the answer.
   TraceContainer::Response serve(const TraceContainer::Request& request);
 
@@ -42,8 +46,16 @@ class RunningTrace {
   RunningExecutors& executors_;
   std::mutex mutex_;  // guards what follows
   std::unique_ptr<Begun> begun_;
-  std::vector<TraceContainer::Event> events_;  // what waits to be read
-  std::vector<TraceContainer::Switch> switches_;
+  /// What waits to be written.
+  struct Kept {
+    Kept(TraceContainer::Response answer, std::vector<TraceContainer::Event> all,
+         std::vector<TraceContainer::Switch> of_kernel)
+        : stopped(std::move(answer)), events(std::move(all)), switches(std::move(of_kernel)) {}
+    TraceContainer::Response stopped;
+    std::vector<TraceContainer::Event> events;
+    std::vector<TraceContainer::Switch> switches;
+  };
+  std::optional<Kept> kept_;
 };
 
 }  // namespace takt

@@ -127,7 +127,8 @@ TEST(TraceContainer, RecordsARunningContainer) {
   EXPECT_THAT(ask({.command = "stop"}).reason, testing::HasSubstr("it is not traced"));
   EXPECT_THAT(ask({.command = "start", .clock = "sundial"}).reason,
               testing::HasSubstr("'sundial' is not a clock"));
-  EXPECT_THAT(ask({.command = "paint"}).reason, testing::HasSubstr("valid: start, stop, read"));
+  EXPECT_THAT(ask({.command = "paint"}).reason,
+              testing::HasSubstr("valid: start, stop, read, forget"));
   ASSERT_TRUE(running.goes_on(3));
   const std::int64_t before = Clock::steady().now().time_since_epoch().count();
   EXPECT_EQ(ask({.command = "start", .clock = "boottime"}).reason, "");
@@ -159,7 +160,14 @@ TEST(TraceContainer, RecordsARunningContainer) {
   EXPECT_EQ(counts.size(), 2u);
   EXPECT_GE(counts["/heart/beat subscription"], 520);
   EXPECT_LE(std::abs(counts["/heart/beat subscription"] - counts["/heart/timer timer"]), 1);
-  EXPECT_THAT(ask({.command = "read"}).reason, testing::HasSubstr("there is no page 0 of 0"));
+  // Who could not write it may try again, and a new start loses it for nobody.
+  EXPECT_EQ(ask({.command = "stop"}).pages, stopped.pages);
+  EXPECT_EQ(ask({.command = "read"}).events.size(), TraceContainer::kMostOfPage);
+  EXPECT_THAT(ask({.command = "start", .clock = "boottime"}).reason,
+              testing::HasSubstr("its last trace was not written yet"));
+  EXPECT_EQ(ask({.command = "forget"}).reason, "");
+  EXPECT_THAT(ask({.command = "read"}).reason, testing::HasSubstr("there is no trace to read"));
+  EXPECT_THAT(ask({.command = "stop"}).reason, testing::HasSubstr("it is not traced"));
 }
 
 TEST(GetStatistics, TellsWhatARunningContainerHasDone) {

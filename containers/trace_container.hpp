@@ -17,7 +17,9 @@ namespace TAKT_PUBLIC takt {
 /// 1. `start`: each thread of an executor records its last executions from now on, and the
 ///    container the switches of CPUs, where Linux permits that.
 /// 2. `stop`: it ends, and the answer says how many pages there are.
-/// 3. `read`: a page. With the last one, what was recorded is forgotten; or by the next `start`.
+///    It says so again until the trace is forgotten.
+/// 3. `read`: a page.
+/// 4. `forget`: it is written; until then there is no next `start`.
 struct TraceContainer {
   // Limit: executions, and as many switches, of an answer. At it: the next one has the others.
   // Seen: the number of pages.
@@ -52,7 +54,7 @@ struct TraceContainer {
     std::string name;
   };
   struct Request {
-    std::string command;     // "start", "stop", "read"
+    std::string command;     // "start", "stop", "read", "forget"
     std::string clock;       // of `start`: see TraceClock
     std::uint32_t page = 0;  // of `read`: from 0
   };

@@ -217,9 +217,9 @@ void print(std::span<const Comparison> rows, int repeats) {
 }
 
 std::vector<std::string> words_of(const Comparison& row, const Options& options) {
-  std::vector<std::string> words{"run",    "--duration", options.duration,
-                                 "--json", "-",          "--histograms"};
+  std::vector<std::string> words{"run"};
   if (!row.file.empty()) words.push_back(row.file);
+  words.insert(words.end(), {"--duration", options.duration, "--json", "-", "--histograms"});
   if (row.composition != kFile) words.insert(words.end(), {"--composition", row.composition});
   if (row.executor != kFile) {
     words.insert(words.end(), {"--executor", row.executor, "--placement", row.placement});

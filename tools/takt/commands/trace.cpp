@@ -144,6 +144,7 @@ void stop(const Options& options) {
   write_trace(make_trace(
                   run, false, [](const rt::Run::Traced&) { return false; }, frame),
               options.file);
+  traced.ask({.command = "forget"});
   rt::print("{}: {} executions in {:.3g} s\n", options.file, executions, run.duration_s);
 }
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <set>
 #include <utility>
 
@@ -86,6 +87,8 @@ void use_own_domain() {
 }
 
 nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signals, bool is_quiet) {
+  // Its file, if it has one.
+  const std::string of = words.size() > 1 && !words[1].starts_with('-') ? words[1] : "";
   const int kept = is_quiet ? temporary_file() : -1;
   std::array<int, 2> pipe_ends{};
   if (pipe2(pipe_ends.data(), O_CLOEXEC) != 0) {
@@ -116,10 +119,18 @@ nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signa
   const std::string said = end_of(kept);
   if (kept >= 0) close(kept);
   if (signal != 0) throw Interrupted(signal, "");
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    rt::to_stderr("{}", said);
-    throw Error(fmt::format("a run ended with status {}",
-                            WIFEXITED(status) ? WEXITSTATUS(status) : WTERMSIG(status)),
+  if (status != 0) rt::to_stderr("{}", said);
+  if (WIFSIGNALED(status)) {  // it may have said nothing
+    throw Error(
+        fmt::format("a run was ended by signal {} ({})", WTERMSIG(status),
+                    sigdescr_np(WTERMSIG(status))),
+        WTERMSIG(status) == SIGKILL
+            ? "so ends who exceeds a limit of CPU time (`ulimit -t`), or takes the last memory"
+            : "please report it",
+        of);
+  }
+  if (status != 0) {
+    throw Error(fmt::format("a run ended with status {}", WEXITSTATUS(status)),
                 "see its message above");
   }
   nlohmann::json result = rt::json_or_null(text);

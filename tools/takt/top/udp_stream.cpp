@@ -69,7 +69,7 @@ UdpStream::~UdpStream() {
 }
 
 // That nobody has received the one before is reported here, too: a program that plots may begin
-// later.
+// later, and a network may come back.
 void UdpStream::send(std::string_view line) {
   if (line.size() > kMostBytes) {
     throw Error(
@@ -78,7 +78,11 @@ void UdpStream::send(std::string_view line) {
   }
   for (int i = 0; i < 2; ++i) {
     if (::send(socket_, line.data(), line.size(), MSG_NOSIGNAL) >= 0) return;
-    if (errno != ECONNREFUSED && errno != EINTR) break;
+    const int error = errno;
+    const bool may_pass = error == ECONNREFUSED || error == EINTR || error == ENETUNREACH ||
+                          error == EHOSTUNREACH || error == ENETDOWN || error == ENOBUFS ||
+                          error == EACCES || error == EPERM;
+    if (!may_pass) break;
     if (i == 1) return;
   }
   throw Error(fmt::format("nothing can be sent to {}: {}", address_, errno_message(errno)));
