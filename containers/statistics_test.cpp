@@ -160,7 +160,7 @@ TEST(TraceContainer, RecordsARunningContainer) {
   EXPECT_EQ(counts.size(), 2u);
   EXPECT_GE(counts["/heart/beat subscription"], 520);
   EXPECT_LE(std::abs(counts["/heart/beat subscription"] - counts["/heart/timer timer"]), 1);
-  // Who could not write it may try again, and a new start loses it for nobody.
+  // A stop that failed may come again, and no new start destroys what it has left.
   EXPECT_EQ(ask({.command = "stop"}).pages, stopped.pages);
   EXPECT_EQ(ask({.command = "read"}).events.size(), TraceContainer::kMostOfPage);
   EXPECT_THAT(ask({.command = "start", .clock = "boottime"}).reason,
