@@ -67,7 +67,8 @@ DiagnosticStatus bounds_of(const std::string& host,
                            const std::vector<StatisticsInterval::Deviation>& deviations) {
   DiagnosticStatus status = status_of(host, "bounds");
   for (const StatisticsInterval::Deviation& deviation : deviations) {
-    put(status, deviation.id.c_str(), deviation.text);
+    put(status, fmt::format("{}_{}", deviation.id, deviation.place + 1).c_str(),
+        fmt::format("{}, {} times", deviation.text, deviation.count));
     if (deviation.lately == 0) continue;
     status.level = DiagnosticStatus::WARN;
     status.message = deviation.text;

@@ -384,6 +384,8 @@ TEST(Diagnostics, WarnOfWhatWasNotAsABoundAssumes) {
   const DiagnosticStatus status = row(diagnostics_of("robot", before, now).status, "robot: bounds");
   EXPECT_EQ(status.level, DiagnosticStatus::WARN);
   EXPECT_EQ(status.message, "was 4 ms");
+  EXPECT_EQ(status.values.at(0).key, "as_declared_1");
+  EXPECT_EQ(status.values.at(0).value, "was 4 ms, 5 times");
   EXPECT_EQ(interval(before, now).deviations.at(0).lately, 2U);
 }
 

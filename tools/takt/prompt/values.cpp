@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/printable.hpp"
 #include "takt/base/trace_clock.hpp"
 #include "takt/containers/container.hpp"
 #include "takt/measuring/output.hpp"
@@ -97,7 +98,7 @@ void note_variables(const std::string& executor, const std::string& placement,
   const auto note = [](const char* name, const std::string& value) {
     const char* const given = std::getenv(name);
     if (given == nullptr || value.empty() || value != given) return;
-    rt::to_stderr("note: {}={} is in force\n", name, value);
+    rt::to_stderr("note: {}={} is in force\n", name, printable(value));
   };
   note("TAKT_EXECUTOR", executor);
   note("TAKT_PLACEMENT", placement);
