@@ -194,8 +194,7 @@ std::string why_it_would_end(ThreadPolicy policy) {
   if (limit.rlim_cur == RLIM_INFINITY || !has_priority(policy)) return {};
   return fmt::format(
       "RLIMIT_RTTIME is {} us, and Linux ends a process of which a real-time thread runs for "
-      "longer "
-      "without sleeping; `ulimit -R unlimited` lifts that",
+      "longer without sleeping; `ulimit -R unlimited` lifts that",
       limit.rlim_cur);
 }
 
