@@ -44,9 +44,7 @@ void Container::make_executor(const ExecutorDescription& executor) {
   ExecutorDescription made = executor;
   std::string unused = override(made, overrides_);
   ExecutorOptions options = options_of(made);
-  options.scheduler_own = own_values_of(
-      made.scheduler.empty() ? executors().traits(made.type).scheduler : made.scheduler,
-      description_);
+  options.scheduler_own = own_values_of(scheduler_of(made), description_);
   options.realtime = description_.realtime;
   options.statistics = overrides_.statistics;
   options.trace_events = overrides_.trace_events;

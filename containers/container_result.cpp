@@ -117,8 +117,7 @@ ProcessResult Container::result() const {
     if (!running->has_begun.load()) continue;
     std::vector<CallbackStatistics> callbacks = running->executor->statistics();
     const ExecutorDescription& made = running->description;
-    const std::string scheduler =
-        made.scheduler.empty() ? executors().traits(made.type).scheduler : made.scheduler;
+    const std::string scheduler = scheduler_of(made);
     if (running->is_own) {
       callbacks.clear();
     } else {

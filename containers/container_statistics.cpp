@@ -100,9 +100,7 @@ GetStatistics::Response Container::statistics() const {
     const ExecutorDescription& made = running->description;
     now.executors.push_back({.name = running->name,
                              .type = made.type,
-                             .scheduler = made.scheduler.empty()
-                                              ? executors().traits(made.type).scheduler
-                                              : made.scheduler,
+                             .scheduler = scheduler_of(made),
                              .pending = running->executor->pending()});
     for (const CallbackStatistics& counted : running->executor->statistics()) {
       now.callbacks.push_back(row_of(running->name, counted));

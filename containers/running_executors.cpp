@@ -6,6 +6,10 @@
 
 namespace takt {
 
+std::string scheduler_of(const ExecutorDescription& made) {
+  return made.scheduler.empty() ? executors().traits(made.type).scheduler : made.scheduler;
+}
+
 RunningExecutor& RunningExecutors::add(std::string name, std::unique_ptr<Executor> executor) {
   all_.push_back(std::make_unique<RunningExecutor>());
   all_.back()->name = std::move(name);

@@ -28,6 +28,9 @@ struct RunningExecutor {
   std::exception_ptr exception;  // read when `has_ended`
 };
 
+/// The name of its scheduler: the file's, or else that of its type.
+std::string scheduler_of(const ExecutorDescription& made);
+
 /// Each executor begins to spin when it is first needed, so one that serves nobody has no thread.
 /// Thread safety: executors are added before start(); then every method from any thread.
 /// Real-time: no.

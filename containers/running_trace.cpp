@@ -59,8 +59,7 @@ TraceContainer::Thread thread_of(const RunningExecutor& running, const ThreadSta
   const TriggerOptions& trigger = made.trigger;
   return {.executor = running.name,
           .executor_type = made.type,
-          .scheduler =
-              made.scheduler.empty() ? executors().traits(made.type).scheduler : made.scheduler,
+          .scheduler = scheduler_of(made),
           .name = traced.in_force.name,
           .tid = traced.in_force.tid,
           .is_realtime = is_realtime(traced.in_force.policy),
