@@ -315,6 +315,10 @@ TEST(Analysis, RefusesWhatIsNoSystem) {
   refuses([](System& system) { system.callbacks[0].outputs[0].least_delay = 1; });
   refuses([](System& system) { system.chains[0].callbacks = {}; });
   refuses([](System& system) { system.chains[0].callbacks = {5}; });
+  constexpr Time kTooLong = kUnbounded + 1;  // sums of it overflowed, and were small
+  refuses([](System& system) { system.callbacks[0].execution = kTooLong; });
+  refuses([](System& system) { system.callbacks[0].outputs[0].delay = kTooLong; });
+  refuses([](System& system) { system.overheads.wake = kTooLong; });
 }
 
 // PiCAS, as published, finds 6 for B: it leaves out that A comes late, and so twice in short.

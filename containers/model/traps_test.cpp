@@ -6,6 +6,7 @@
 #include "takt/containers/component.hpp"
 #include "takt/containers/model/bound_of_test.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
+#include "takt/sched/scheduler.hpp"
 
 namespace takt::test {
 namespace {
@@ -18,6 +19,13 @@ struct Trapped {
   int number = 0;
 };
 TAKT_MESSAGE(Trapped, "test/msg/Trapped", number);
+
+struct TrapBefore {
+  bool operator()(const ReadyCallback& a, const ReadyCallback& b) const noexcept {
+    return a.info->priority > b.info->priority;
+  }
+};
+using TrapClaims = HeapScheduler<TrapBefore>;
 
 /// Has no callbacks.
 class TrapEmpty : public Node {
@@ -377,6 +385,18 @@ TEST(Traps, CpusAreNamedOnceAndAreHere) {
   EXPECT_THAT(analyzed(text).text_of("as_declared"), HasSubstr("may use the CPUs 0, 1, 2"));
 }
 
+// A scheduler of somebody else's may order otherwise than its traits say.
+TEST(Traps, AnOrderIsClaimedByItsLibrary) {
+  const auto text = [](const char* scheduler) {
+    return TrapFile{.executor = fmt::format("type: events, scheduler: {}", scheduler)}
+        .analyzed()
+        .text_of("as_declared");
+  };
+  EXPECT_THAT(text("trap_claims"),
+              HasSubstr("scheduler 'trap_claims' always orders as its traits"));
+  EXPECT_THAT(text("fixed_priority"), Not(HasSubstr("orders as its traits")));
+}
+
 // What triggers a guard condition twice before it runs is served once.
 TEST(Traps, TriggersMayBeServedAtOnce) {
   const auto why_lossy = [](const char* distances) {
@@ -434,3 +454,5 @@ TAKT_REGISTER_COMPONENT(takt::test::TrapEmpty, "has no callbacks")
 TAKT_REGISTER_COMPONENT(takt::test::TrapSender, "sends")
 TAKT_REGISTER_COMPONENT(takt::test::TrapReceiver, "receives")
 TAKT_REGISTER_COMPONENT(takt::test::TrapManaged, "receives when it is active")
+TAKT_REGISTER_SCHEDULER("trap_claims", "for tests", takt::test::TrapClaims,
+                        .order = takt::analysis::Order::by_urgency)

@@ -5,12 +5,14 @@
 #include <atomic>
 #include <functional>
 #include <thread>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include "takt/base/available_cpus.hpp"
+#include "takt/base/simulated_clock.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/containers/configuration/configuration_file_test.hpp"
 #include "takt/containers/container.hpp"
@@ -43,10 +45,18 @@ std::atomic<bool> must_demote{false};
 /// The next execution makes another timer; unset when it has.
 std::atomic<bool> must_make{false};
 
+/// Of the sender; it shows the real time until a test lets it simulate.
+const auto watched_clock = std::make_shared<SimulatedClock>(Clock::steady(), false);
+
+NodeOptions with_watched_clock(NodeOptions options) {
+  options.clock = watched_clock.get();
+  return options;
+}
+
 /// A timer that takes as long as its parameter says, and sends to `t`.
 class WatchedSender : public Node {
  public:
-  explicit WatchedSender(const NodeOptions& options) : Node("sender", options) {
+  explicit WatchedSender(const NodeOptions& options) : Node("sender", with_watched_clock(options)) {
     const Nanoseconds work = std::chrono::microseconds(declare_parameter<std::int64_t>("work", 0));
     publisher_ = create_publisher<Seen>("t", 10, {.published_by = {"tick"}});
     timer_ = create_timer("tick", 10ms, [this, work] {
@@ -83,6 +93,21 @@ class WatchedReceiver : public Node {
 
  private:
   std::shared_ptr<void> subscription_;
+};
+
+/// Is triggered twice, one after the other.
+class WatchedTriggered : public Node {
+ public:
+  explicit WatchedTriggered(const NodeOptions& options)
+      : Node("triggered", options), condition_(create_guard_condition("again", [this] {
+          if (!std::exchange(is_second_, true)) condition_->trigger();
+        })) {
+    condition_->trigger();
+  }
+
+ private:
+  bool is_second_ = false;
+  GuardCondition::SharedPtr condition_;
 };
 
 std::string with_work(int work_us, const char* policy = "") {
@@ -202,6 +227,23 @@ TEST(BoundWatch, SeesWhatIsMadeLater) {
               Not(Contains(is("as_declared", "was made later"))));
 }
 
+// Under simulated time its timers run at any speed.
+TEST(BoundWatch, SeesSimulatedTime) {
+  const auto found = deviations_of(with_work(0), [](Container&) { watched_clock->simulate(true); });
+  watched_clock->simulate(false);
+  EXPECT_THAT(found, Contains(is("nothing_is_changed", "'/s/tick' follows simulated time")));
+}
+
+// Something triggers more often than its arrival states.
+TEST(BoundWatch, SeesTriggersThatComeTooOften) {
+  const auto found = deviations_of(with_work(0) + R"(    - component: takt::test::WatchedTriggered
+      name: g
+      executor: default
+      callbacks: {again: {execution: 1us, arrival: {period: 10s}}}
+)");
+  EXPECT_THAT(found, Contains(is("as_declared", "arrivals of '/g/again' came within")));
+}
+
 // What comes from outside beside senders of the file was in no comparison.
 TEST(BoundWatch, CountsWhatComesFromOutsideBesideSenders) {
   std::string text = with_work(0);
@@ -297,3 +339,4 @@ TEST(BoundWatch, SeesWhoPreemptsAThreadThatBeginsLate) {
 
 TAKT_REGISTER_COMPONENT(takt::test::WatchedSender, "takes its time")
 TAKT_REGISTER_COMPONENT(takt::test::WatchedReceiver, "receives")
+TAKT_REGISTER_COMPONENT(takt::test::WatchedTriggered, "triggers itself")

@@ -13,6 +13,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sched.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -359,6 +360,22 @@ TEST(ThreadAttributes, RecordWhatWasRefusedWhenPreferred) {
   if (text == kCannotDrop) GTEST_SKIP() << kCannotDrop;
   EXPECT_THAT(text, StartsWith("control SCHED_OTHER on 1: SCHED_RR 5: Operation not permitted"));
   EXPECT_THAT(text, Not(HasSubstr("affinity")));
+}
+
+// Linux ended the whole process, by SIGXCPU, when a thread had run so long without sleeping.
+TEST(ThreadAttributes, GiveNoPriorityWhereALimitWouldEndTheProcess) {
+  if (!fifo_is_granted()) GTEST_SKIP() << kNoRights;
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_RTTIME, &before), 0);
+  rlimit limited = before;
+  limited.rlim_cur = 60'000'000;
+  ASSERT_EQ(setrlimit(RLIMIT_RTTIME, &limited), 0);
+  const ThreadAttributes urgent{.name = "urgent", .policy = ThreadPolicy::fifo, .priority = 10};
+  const ThreadState state = applied(urgent, Realtime::prefer);
+  ASSERT_EQ(setrlimit(RLIMIT_RTTIME, &before), 0);
+  EXPECT_EQ(state.policy, ThreadPolicy::other);
+  EXPECT_THAT(state.refused, StartsWith("SCHED_FIFO 10: RLIMIT_RTTIME is 60000000 us"));
+  EXPECT_EQ(applied(urgent, Realtime::prefer).refused, "");
 }
 
 TEST(ThreadAttributes, RecordARefusedNiceValue) {

@@ -69,6 +69,13 @@ with tempfile.TemporaryDirectory() as folder:
     status, output, errors = run(robot)
     check(proves("command_line.md", "Exit 0 if there are chains, and each has a deadline and is guaranteed; else 1"), status == 0 and re.search(r"^sense +20.000 .* guaranteed ", output, re.M), status, output, errors)
 
+    # A variable changed what runs, and not what was analysed.
+    alone = run(robot)[1]
+    environment["TAKT_EXECUTOR"] = "multi_threaded"
+    status, output, errors = run(robot)
+    del environment["TAKT_EXECUTOR"]
+    check("analyses what the environment lets run", "note: TAKT_EXECUTOR=multi_threaded is in force" in errors and output != alone, output, errors)
+
     # It was guaranteed by what nobody had checked, and ended with 0.
     bare = write("bare.yaml", ROBOT.replace("DEADLINE", "20ms").replace(ACCEPTED, ""))
     status, output, errors = run(bare, "--suggest", "off")
