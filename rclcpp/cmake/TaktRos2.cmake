@@ -108,16 +108,21 @@ endmacro()
 macro(takt_ros2_uses)
   foreach(takt_ros2_used ${ARGN})
     if(NOT ${takt_ros2_used}_FOUND)
-      find_package(${takt_ros2_used} QUIET REQUIRED CONFIG)
+      find_package(${takt_ros2_used} QUIET REQUIRED)
     endif()
   endforeach()
 endmacro()
 
-# takt_ros2_library(package [TARGETS name…] [USES package…]): its headers are the layer's.
+# takt_ros2_library(package [TARGETS name…] [USES package…]): its headers are the layer's. The macro that
+# registers a component also registers it with class_loader.
 macro(takt_ros2_library package)
   cmake_parse_arguments(takt_ros2_library "" "" "TARGETS;USES" ${ARGN})
+  set(takt_ros2_class_loader "")
+  if("class_loader" IN_LIST takt_ros2_library_USES)
+    set(takt_ros2_class_loader class_loader::class_loader)
+  endif()
   foreach(takt_ros2_name ${package} ${takt_ros2_library_TARGETS})
-    takt_ros2_target(${package}::${takt_ros2_name} takt::takt_rclcpp takt::ros_messages)
+    takt_ros2_target(${package}::${takt_ros2_name} takt::takt_rclcpp takt::ros_messages ${takt_ros2_class_loader})
   endforeach()
   takt_ros2_found(${package})
   takt_ros2_uses(${takt_ros2_library_USES})
@@ -143,6 +148,10 @@ macro(takt_ros2_vendor package library)
   endif()
   if(TARGET yaml-cpp)  # before 0.8
     takt_ros2_target(yaml-cpp::yaml-cpp yaml-cpp)
+  endif()
+  if("${library}" STREQUAL orocos_kdl AND orocos_kdl_FOUND AND NOT TARGET orocos-kdl)  # which has no target on Debian
+    takt_ros2_target(orocos-kdl -lorocos-kdl)
+    set_target_properties(orocos-kdl PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${orocos_kdl_INCLUDE_DIRS}")
   endif()
 endmacro()
 

@@ -12,22 +12,26 @@ set(takt_ros2_absent_source
     "github.com/flynneva/udp_msgs udp_msgs"
     "github.com/foxglove/foxglove-sdk foxglove_msgs"
     "github.com/mavlink/mavros mavros_msgs"
-    "github.com/moveit/moveit2 moveit_common"
+    "github.com/moveit/moveit2 moveit_common moveit_core"
     "github.com/moveit/moveit_msgs moveit_msgs"
-    "github.com/ros-navigation/navigation2 nav2_common nav2_msgs nav2_util nav_2d_msgs"
+    "github.com/moveit/srdfdom srdfdom"
+    "github.com/ros-navigation/navigation2 nav2_common nav2_core nav2_costmap_2d nav2_msgs nav2_util nav_2d_msgs"
     "github.com/pal-robotics/pal_statistics pal_statistics"
     "github.com/ros-controls/control_msgs control_msgs"
     "github.com/ros-controls/control_toolbox control_toolbox"
     "github.com/ros-controls/realtime_tools realtime_tools"
-    "github.com/ros-controls/ros2_control controller_manager_msgs joint_limits"
+    "github.com/ros-controls/ros2_control controller_interface controller_manager controller_manager_msgs hardware_interface joint_limits transmission_interface"
+    "github.com/ros-controls/ros2_controllers joint_trajectory_controller"
     "github.com/ros-controls/ros2_control_cmake ros2_control_cmake"
     "github.com/ros-drivers/ackermann_msgs ackermann_msgs"
     "github.com/ros-drivers/joystick_drivers joy"
     "github.com/ros-geographic-info/geographic_info geodesy geographic_msgs"
-    "github.com/ros-perception/image_common camera_calibration_parsers camera_info_manager"
+    "github.com/ros-perception/image_common camera_calibration_parsers camera_info_manager image_transport"
+    "github.com/ros-perception/image_pipeline depth_image_proc image_proc"
     "github.com/ros-perception/laser_geometry laser_geometry"
     "github.com/ros-perception/pcl_msgs pcl_msgs"
     "github.com/ros-perception/perception_pcl pcl_conversions pcl_ros"
+    "github.com/ros-perception/point_cloud_transport point_cloud_transport"
     "github.com/ros-perception/radar_msgs radar_msgs"
     "github.com/ros-perception/vision_msgs vision_msgs"
     "github.com/ros-perception/vision_opencv cv_bridge image_geometry"
@@ -36,16 +40,21 @@ set(takt_ros2_absent_source
     "github.com/ros-tooling/topic_tools topic_tools_interfaces"
     "github.com/ros-visualization/interactive_markers interactive_markers"
     "github.com/ros/angles angles"
-    "github.com/ros/bond_core bond bondcpp"
-    "github.com/ros/diagnostics diagnostic_updater"
+    "github.com/ros/bond_core bond bondcpp smclib"
+    "github.com/ros/diagnostics diagnostic_aggregator diagnostic_updater self_test"
+    "github.com/ros/filters filters"
+    "github.com/ros/kdl_parser kdl_parser"
+    "github.com/ros/pluginlib pluginlib"
     "github.com/ros/resource_retriever resource_retriever"
+    "github.com/ros/robot_state_publisher robot_state_publisher"
     "github.com/ros/ros_tutorials turtlesim"
     "github.com/ros2/common_interfaces sensor_msgs_py"
     "github.com/ros2/geometry2 tf2 tf2_bullet tf2_eigen tf2_eigen_kdl tf2_geometry_msgs tf2_kdl tf2_ros tf2_sensor_msgs"
     "github.com/ros2/message_filters message_filters"
     "github.com/ros2/performance_test_fixture performance_test_fixture"
     "github.com/ros2/rosbag2 rosbag2_interfaces"
-    "github.com/ros2/urdf urdf_parser_plugin"
+    "github.com/ros2/rviz rviz_common"
+    "github.com/ros2/urdf urdf urdf_parser_plugin"
     "github.com/rudislabs/actuator_msgs actuator_msgs"
     "github.com/swri-robotics/gps_umd gps_msgs"
     "github.com/ANYbotics/grid_map grid_map_msgs"
@@ -56,15 +65,9 @@ set(takt_ros2_absent_source
     "github.com/PickNikRobotics/cpp_polyfills tcb_span tl_expected"
     "github.com/PickNikRobotics/generate_parameter_library generate_parameter_library parameter_traits")
 
-# They load classes by pluginlib, which stands upon another class_loader than the layer has.
-set(takt_ros2_absent_plugins
-    controller_interface controller_manager diagnostic_aggregator depth_image_proc filters
-    hardware_interface image_transport joint_trajectory_controller kdl_parser moveit_core nav2_core
-    nav2_costmap_2d pluginlib point_cloud_transport robot_state_publisher rviz_common srdfdom urdf)
-
 # They are parts of ROS 2 whose place Takt takes, or that need a part of ROS 2 that it does not have.
 set(takt_ros2_absent_never
-    connext_cmake_module fastrtps fastrtps_cmake_module launch_ros python_cmake_module python_qt_binding
+    connext_cmake_module fastrtps fastrtps_cmake_module launch_ros python_qt_binding
     rcl_logging_interface rcl_logging_noop rcl_logging_spdlog rclc rmw_connextdds rmw_cyclonedds_cpp
     rmw_dds_common rmw_fastrtps_cpp rmw_fastrtps_dynamic_cpp rmw_fastrtps_shared_cpp rmw_implementation
     rmw_zenoh_cpp rosbag2_cpp rosbag2_storage rosbag2_transport rosidl_adapter rosidl_default_generators_py

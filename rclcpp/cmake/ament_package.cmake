@@ -173,10 +173,6 @@ function(ament_index_get_resource variable type package)
     set(file ${prefix}/share/ament_index/resource_index/${type}/${package})
     if(EXISTS ${file})
       file(READ ${file} text)
-  if(text MATCHES "condition=")
-    execute_process(COMMAND python3 -I ${takt_ros2_prefix}/share/takt_ros2/cmake/build.py --applying ${file}
-                    OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
-  endif()
       set(${variable} "${text}" PARENT_SCOPE)
       return()
     endif()
@@ -207,15 +203,20 @@ function(ament_index_get_resources variable type)
   set(${variable} "${names}" PARENT_SCOPE)
 endfunction()
 
-# pluginlib_export_plugin_description_file(base_package file.xml)
-function(pluginlib_export_plugin_description_file base file)
-  cmake_path(GET file PARENT_PATH folder)
-  cmake_path(APPEND place share ${PROJECT_NAME} "${folder}")
-  install(FILES ${file} DESTINATION ${place})
-  get_property(known GLOBAL PROPERTY takt_ros2_${PROJECT_NAME}_plugins_${base})
-  set_property(GLOBAL PROPERTY takt_ros2_${PROJECT_NAME}_plugins_${base} "${known}share/${PROJECT_NAME}/${file}\n")
-  takt_ros2_keep(plugin_bases ${base})
-endfunction()
+# ---- Extensions ----
+
+# ament_register_extension(point package file): what packages that are found want to be included at a point of those
+# that find them, as pluginlib does at the end of a package; ament_execute_extensions(point) includes them.
+macro(ament_register_extension point package file)
+  list(APPEND takt_ros2_extensions_${point} "${${package}_DIR}/${file}")
+  list(REMOVE_DUPLICATES takt_ros2_extensions_${point})
+endmacro()
+
+macro(ament_execute_extensions point)
+  foreach(takt_ros2_extension ${takt_ros2_extensions_${point}})
+    include(${takt_ros2_extension})
+  endforeach()
+endmacro()
 
 # ---- The end of a package ----
 
@@ -225,6 +226,7 @@ endfunction()
 
 # ament_package([CONFIG_EXTRAS file…] [CONFIG_EXTRAS_POST file…])
 macro(ament_package)
+  ament_execute_extensions(ament_package)
   takt_ros2_read_package_xml()
   takt_ros2_end_package(${ARGN})
 endmacro()
@@ -237,7 +239,7 @@ function(takt_ros2_end_package)
   endif()
   set(folder ${CMAKE_CURRENT_BINARY_DIR}/ament_cmake_core)
   set(place share/${PROJECT_NAME}/cmake)
-  foreach(what dependencies include_directories libraries definitions link_flags targets messages plugin_bases)
+  foreach(what dependencies include_directories libraries definitions link_flags targets messages)
     takt_ros2_kept(${what} ${what})
   endforeach()
   foreach(kind CONFIG_EXTRAS CONFIG_EXTRAS_POST)
@@ -267,10 +269,6 @@ function(takt_ros2_end_package)
   if(components)
     ament_index_register_resource(rclcpp_components CONTENT "${components}")
   endif()
-  foreach(base ${plugin_bases})
-    get_property(text GLOBAL PROPERTY takt_ros2_${PROJECT_NAME}_plugins_${base})
-    ament_index_register_resource(${base}__pluginlib__plugin CONTENT "${text}")
-  endforeach()
 endfunction()
 
 # Those that are files: of targets of this project, by the name of the file.

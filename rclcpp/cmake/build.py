@@ -44,6 +44,21 @@ class Package:
                       if element.tag in NEEDED_TO_BUILD and element.text]
 
 
+class Project:
+    """A project of CMake without a package.xml, such as urdfdom_headers: what it looks for is what it needs."""
+    type = "cmake"
+
+    def __init__(self, file):
+        self.folder = file.parent
+        try:
+            text = re.sub(r"#.*", "", file.read_text(errors="replace"))
+        except OSError as error:
+            raise Wrong(f"{file}: {error}") from None
+        name = re.search(r"^\s*project\s*\(\s*([A-Za-z][\w-]*)", text, re.MULTILINE | re.IGNORECASE)
+        self.name = name[1] if name else None
+        self.needs = re.findall(r"\bfind_package\s*\(\s*([\w-]+)", text, re.IGNORECASE)
+
+
 COMPARISONS = {"==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 
 
@@ -101,10 +116,12 @@ class Condition:
         _, double, single, word = self.words.pop(0)
         if word is None:
             return double if double is not None else single
-        return VARIABLES.get(word[1:], os.environ.get(word[1:], "")) if word.startswith("$") else word
+        return os.environ.get(word[1:], "") if word.startswith("$") else word
 
 
-VARIABLES = {"ROS_VERSION": os.environ.get("ROS_VERSION", "2"), "ROS_DISTRO": os.environ.get("ROS_DISTRO", "jazzy")}
+# What a setup file of ROS 2 sets, which packages ask for before they find anything.
+for variable, value in {"ROS_VERSION": "2", "ROS_DISTRO": "jazzy", "ROS_PYTHON_VERSION": "3"}.items():
+    os.environ[variable] = os.environ.get(variable) or value
 
 
 def applying(file):
@@ -120,8 +137,14 @@ def applying(file):
     return root
 
 
+def add_once(packages, package):
+    other = packages.setdefault(package.name, package)
+    if other.folder.resolve() != package.folder.resolve():
+        raise Wrong(f"two packages are named {package.name}: {other.folder} and {package.folder}; give one of them")
+
+
 def find_packages(folders):
-    packages = {}
+    packages, projects = {}, {}
     for folder in folders:
         if not folder.is_dir():
             raise Wrong(f"{folder} is no folder")
@@ -131,20 +154,32 @@ def find_packages(folders):
                 folders_inside.clear()
             elif "package.xml" in files:
                 folders_inside.clear()
-                package = Package(pathlib.Path(place, "package.xml"))
-                other = packages.setdefault(package.name, package)
-                if other.folder.resolve() != package.folder.resolve():
-                    raise Wrong(f"two packages are named {package.name}: {other.folder} and "
-                                f"{package.folder}; give one of them")
+                add_once(packages, Package(pathlib.Path(place, "package.xml")))
+            elif "CMakeLists.txt" in files and not any(pathlib.Path(place).rglob("package.xml")):
+                folders_inside.clear()
+                project = Project(pathlib.Path(place, "CMakeLists.txt"))
+                if project.name and pathlib.Path(place) == folder:
+                    add_once(packages, project)
+                elif project.name:
+                    projects[project.name] = project
         if len(packages) == before and not any(
                 folder.resolve() in (p.folder.resolve(), *p.folder.resolve().parents)
                 for p in packages.values()):
             raise Wrong(f"{folder}: no package.xml is in it")
+    while needed := [need for package in packages.values() for need in package.needs
+                     if need in projects and need not in packages]:
+        for need in needed:
+            add_once(packages, projects[need])
     return packages
 
 
+# What packages of the layer use when a workspace has it.
+USED_BY_THE_LAYER = {"rclcpp_components": ["class_loader"]}
+
+
 def in_order(packages):
-    graph = {name: [need for need in package.needs if need in packages and need != name]
+    graph = {name: [one for need in package.needs for one in (need, *USED_BY_THE_LAYER.get(need, ()))
+                    if one in packages and one != name]
              for name, package in packages.items()}
     try:
         return [packages[name] for name in graphlib.TopologicalSorter(graph).static_order()]
@@ -174,10 +209,7 @@ def check_needs(packages, options):
     """All that is missing is reported before anything is built, with where it is to be had. What CMake
     finds all the same, or does not ask for, is no error."""
     reasons = {name: f"whose source is to be built before: https://{place}" for name, place in sources().items()}
-    reasons |= {name: reason for kind, reason in (
-        ("never", "which Takt's layer for rclcpp can never have"),
-        ("plugins", "which cannot be built upon Takt's layer for rclcpp: pluginlib needs another class_loader"))
-        for name in list_of(kind).split()}
+    reasons |= dict.fromkeys(list_of("never").split(), "which Takt's layer for rclcpp can never have")
     asked, others = {}, {}
     for package in packages.values():
         if "catkin" in package.needs:

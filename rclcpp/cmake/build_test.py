@@ -59,6 +59,21 @@ def test_packages(work):
     check("tests of GoogleTest run", status == 0, output, errors)
 
 
+# With pluginlib everything was refused that loads classes; projects without a package.xml were no packages.
+def test_libraries_of_robots(work):
+    base = ("--build-base", work / "overlay_build", "--install-base", work / "overlay")
+    status, output, errors = run(takt, "ros2", "build", packages.parent / "overlay", *base)
+    check("a workspace with its own class_loader builds, that one first", status == 0 and
+          output.index("] class_loader\n") < output.index("] a_sky_plugins\n"), output, errors)
+    check("a project without a package.xml is built when a package needs it", "] sky_plain\n" in output, output)
+    status, output, errors = run(work / "overlay/lib/a_sky_plugins/plugins")
+    check("components register with the workspace's class_loader", status == 0 and
+          output == "::rclcpp_components::NodeFactoryTemplate<Plugin>\nplain /diagnostics\n", output, errors)
+    index = work / "overlay/share/ament_index/resource_index/exported_classes/a_sky_plugins"
+    check("a package's extension is included at the end of those that use it",
+          index.is_file() and index.read_text() == "Plugin\n")
+
+
 # A name that follows the program is the program's, also if it looks like an option of the command.
 def test_run(work):
     measure = ("run", "--install-base", work / "install", "sky_nodes", "measure")
@@ -90,8 +105,6 @@ def test_refusals(work):
              "bad needs the package tf2_ros, which is not part of Takt's layer for rclcpp: build its source"),
             ("find_package(rclcpp REQUIRED)\nfind_package(rosbag2_cpp REQUIRED)",
              "bad needs the package rosbag2_cpp, which Takt's layer for rclcpp can never have"),
-            ("find_package(rclcpp REQUIRED)\nfind_package(urdf REQUIRED)",
-             "bad needs the package urdf, which cannot be built upon Takt's layer for rclcpp: pluginlib needs"),
             ("find_package(rclcpp REQUIRED)\nset(tinyxml2_DIR none)\nset(CMAKE_FIND_USE_CMAKE_SYSTEM_PATH OFF)\n"
              "set(CMAKE_FIND_USE_PACKAGE_REGISTRY OFF)\nset(CMAKE_FIND_USE_SYSTEM_ENVIRONMENT_PATH OFF)\n"
              "find_package(tinyxml2_vendor REQUIRED)",
@@ -207,7 +220,7 @@ def test_what_is_missing(work):
     check("what is missing is listed before anything is built", status == 0 and output == "[1/2] one\n[2/2] other\n", output, errors)
     for message in ("note: one asks for tf2_ros, whose source is to be built before: https://github.com/",
                     "note: one asks for rosbag2_cpp, which Takt's layer for rclcpp can never have\n",
-                    "note: other asks for urdf, which cannot be built upon Takt's layer for rclcpp",
+                    "note: other asks for urdf, whose source is to be built before: https://github.com/ros2/urdf\n",
                     "https://index.ros.org/p/NAME: a_driver (for one, other)\n"):
         check(f"'{message.strip()}'", message in errors, errors)
     check("and nothing else", len(errors.splitlines()) == 4, errors)
@@ -235,7 +248,7 @@ def test_signal(work):
 
 
 with tempfile.TemporaryDirectory() as folder:
-    for test in (test_packages, test_refusals, test_vendors, test_packages_of_the_layer, test_python,
+    for test in (test_packages, test_libraries_of_robots, test_refusals, test_vendors, test_packages_of_the_layer, test_python,
                  test_shared_libraries, test_real_ros2, test_folders, test_conditions, test_what_is_missing, test_signal):
         test(pathlib.Path(folder).resolve())
 finish()

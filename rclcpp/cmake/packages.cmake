@@ -23,7 +23,6 @@ composition_interfaces rclcpp"
     "rcutils 6.7.2"
     "rmw 7.3.2"
     "ament_index_cpp 1.8.1"
-    "class_loader 2.7.0"
     "rosidl_runtime_cpp 4.6.5"
     "rosidl_typesupport_cpp 3.2.2"
     "rosidl_typesupport_introspection_cpp 4.6.5")
@@ -51,5 +50,5 @@ set(takt_ros2_packages_tool
     "ament_cmake_pep257 0.17.2" "ament_cmake_uncrustify 0.17.2" "ament_cmake_xmllint 0.17.2"
     "launch_testing_ament_cmake 3.4.5" "ros_testing 0.6.0" "rmw_implementation_cmake 7.3.2"
     "rosidl_cmake 4.6.5" "rosidl_default_generators 1.6.0" "rosidl_default_runtime 1.6.0"
-    "ros_environment 4.1.1" "rosidl_generator_cpp 4.6.5" "rosidl_generator_dds_idl 0.11.1"
+    "python_cmake_module 0.11.1" "ros_environment 4.1.1" "rosidl_generator_cpp 4.6.5" "rosidl_generator_dds_idl 0.11.1"
     "rclpy 7.1.3")  # for packages that also have nodes in Python: these do not run on Takt

@@ -12,9 +12,8 @@ void generic_client(rclcpp::Node& node) {
 // Row: type support by name: `get_typesupport_library`, `get_typesupport_handle` | types that are
 // linked in have names: `create_generic_subscription`
 #include "rclcpp/typesupport_helpers.hpp"
-// Row: `ParameterEventsFilter`, `ParameterMap`, `ParameterService` | `ParameterEventHandler`,
-// `AsyncParametersClient::load_parameters`; every node has its services
-#include "rclcpp/parameter_events_filter.hpp"
+// Row: `ParameterMap`, `ParameterService` | `AsyncParametersClient::load_parameters`; every node
+// has its services
 #include "rclcpp/parameter_map.hpp"
 #include "rclcpp/parameter_service.hpp"
 // Row: `MessagePoolMemoryStrategy` | pools of Takt: `loans` of `takt::PublisherOptions`
@@ -29,7 +28,8 @@ void waitables(rclcpp::Node& node, rclcpp::WaitSet& set) {
 }
 // Row: `rclcpp_components::ComponentManager` | `takt run`, and the services of its containers
 #include "rclcpp_components/component_manager.hpp"
-// Row: `class_loader` for other classes than components |
+// Row: `class_loader` for other classes than components, in a workspace without its source | its
+// [source](https://github.com/ros/class_loader) beside the package
 #include "class_loader/class_loader.hpp"
 void class_loader_of_others(class_loader::ClassLoader& loader) {
   loader.createInstance<rclcpp::Node>("name");

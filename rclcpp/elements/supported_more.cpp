@@ -1,6 +1,7 @@
 // The second half of supported.cpp: time, parameters, logging, executors, lifecycle and components.
 // SPDX-License-Identifier: Apache-2.0
 #include "elements.hpp"
+#include "rclcpp/parameter_events_filter.hpp"
 #include "rclcpp_components/node_factory_template.hpp"
 #include "rclcpp_components/register_node_macro.hpp"
 #include "rcpputils/env.hpp"
@@ -122,8 +123,9 @@ void parameter_clients(Node::SharedPtr node) {
   });
   async->list_parameters({}, 10);
 }
-// Row: `ParameterEventHandler` |
-void parameter_events(Node::SharedPtr node) {
+// Row: `ParameterEventHandler`, `ParameterEventsFilter` |
+void parameter_events(Node::SharedPtr node,
+                      std::shared_ptr<const rcl_interfaces::msg::ParameterEvent> received) {
   ParameterEventHandler handler(node);
   const auto of_one = handler.add_parameter_callback(
       "gain", [](const Parameter&) {}, "other");
@@ -131,6 +133,9 @@ void parameter_events(Node::SharedPtr node) {
       handler.add_parameter_event_callback([](const rcl_interfaces::msg::ParameterEvent& event) {
         ParameterEventHandler::get_parameters_from_event(event);
       });
+  using Filter = ParameterEventsFilter;
+  const Filter filter(received, {"gain"}, {Filter::EventType::NEW, Filter::EventType::CHANGED});
+  if (!filter.get_events().empty()) Parameter::from_parameter_msg(*filter.get_events()[0].second);
 }
 
 // ---- Logging ----

@@ -1,6 +1,5 @@
 // The classes of nodes that libraries have registered.
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <filesystem>
 #include <mutex>
 #include <system_error>
@@ -12,7 +11,6 @@
 #include "takt/base/error.hpp"
 #include "takt/base/never_destroyed.hpp"
 
-#include "class_loader/class_loader.hpp"
 #include "rclcpp_components/register_node_macro.hpp"
 
 namespace rclcpp_components::detail {
@@ -72,33 +70,18 @@ std::unique_ptr<takt::Component> component_of(NodeFactory& factory,
                       [context] { context->shutdown("the container ends"); }});
 }
 
-}  // namespace rclcpp_components::detail
-
-namespace class_loader {
-
-ClassLoader::ClassLoader(const std::string& library_path, bool /*ondemand_load_unload*/)
-    : path_(library_path) {
-  void* const library = dlopen(path_.empty() ? nullptr : path_.c_str(), RTLD_NOW);
-  if (library == nullptr)
-    throw LibraryLoadException("Could not load library: " + std::string(dlerror()));
+bool open_library(const std::string& path, std::string& file, std::string& error) {
+  void* const library = dlopen(path.empty() ? nullptr : path.c_str(), RTLD_NOW);
+  if (library == nullptr) {
+    error = dlerror();
+    return false;
+  }
   link_map* map = nullptr;
-  if (!path_.empty() && dlinfo(library, RTLD_DI_LINKMAP, &map) == 0) {
+  if (!path.empty() && dlinfo(library, RTLD_DI_LINKMAP, &map) == 0) {
     std::error_code none;
-    file_ = std::filesystem::weakly_canonical(map->l_name, none).string();
+    file = std::filesystem::weakly_canonical(map->l_name, none).string();
   }
+  return true;
 }
 
-std::vector<rclcpp_components::detail::RegisteredFactory> ClassLoader::factories() const {
-  auto all = rclcpp_components::detail::registered_factories();
-  std::erase_if(all, [&](const auto& one) { return !file_.empty() && one.library != file_; });
-  return all;
-}
-
-std::shared_ptr<rclcpp_components::NodeFactory> ClassLoader::create(const std::string& name) const {
-  for (const auto& one : factories()) {
-    if (one.name == name) return one.factory;
-  }
-  throw CreateClassException("the library '" + path_ + "' has registered no component " + name);
-}
-
-}  // namespace class_loader
+}  // namespace rclcpp_components::detail

@@ -5,6 +5,7 @@
 
 #include <iosfwd>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -52,7 +53,11 @@ class Parameter {
   }
   template <class T>
   decltype(auto) get_value() const {
-    return checked([this]() -> decltype(auto) { return value_.get<T>(); });
+    if constexpr (std::is_same_v<T, Parameter>) {
+      return (*this);
+    } else {
+      return checked([this]() -> decltype(auto) { return value_.get<T>(); });
+    }
   }
   bool as_bool() const { return get_value<PARAMETER_BOOL>(); }
   std::int64_t as_int() const { return get_value<PARAMETER_INTEGER>(); }

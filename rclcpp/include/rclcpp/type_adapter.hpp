@@ -18,6 +18,11 @@ struct TypeAdapter {
   using ros_message_type = Custom;
 };
 
+template <class T>
+struct is_type_adapter : std::false_type {};
+template <class... Ts>
+struct is_type_adapter<TypeAdapter<Ts...>> : std::true_type {};
+
 /// Declares that a custom type stands for this message wherever no message type is named.
 template <class T>
 struct ImplicitTypeAdapter {

@@ -33,6 +33,9 @@ struct RegisteredFactory {
 bool register_factory(const char* name, std::shared_ptr<NodeFactory> factory, const void* code);
 std::vector<RegisteredFactory> registered_factories();
 
+/// False: why not. `file` is the name that the loader gives it, "" for the program itself.
+bool open_library(const std::string& path, std::string& file, std::string& error);
+
 /// Throws takt::Error if no loaded library has registered the class.
 NodeInstanceWrapper make_node(const std::string& name, const rclcpp::NodeOptions& options);
 

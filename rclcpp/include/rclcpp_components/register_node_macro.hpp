@@ -11,6 +11,16 @@
 
 #include "rclcpp_components/node_factory_template.hpp"
 
+// A workspace's class_loader finds components, too.
+#if __has_include("class_loader/register_macro.hpp")
+#include "class_loader/register_macro.hpp"
+#define TAKT_RCLCPP_CLASS_LOADER_(NodeClass)                                       \
+  CLASS_LOADER_REGISTER_CLASS(::rclcpp_components::NodeFactoryTemplate<NodeClass>, \
+                              ::rclcpp_components::NodeFactory)
+#else
+#define TAKT_RCLCPP_CLASS_LOADER_(NodeClass)
+#endif
+
 namespace rclcpp_components::detail {
 
 /// For Takt's containers: the node of Takt that is inside, which keeps the user's alive.
@@ -33,6 +43,7 @@ bool register_node(const char* name) {
   namespace {                                                            \
   [[maybe_unused]] const bool TAKT_UNIQUE(takt_rclcpp_component_) =      \
       ::rclcpp_components::detail::register_node<NodeClass>(#NodeClass); \
-  }
+  }                                                                      \
+  TAKT_RCLCPP_CLASS_LOADER_(NodeClass)
 
 #endif  // RCLCPP_COMPONENTS__REGISTER_NODE_MACRO_HPP_

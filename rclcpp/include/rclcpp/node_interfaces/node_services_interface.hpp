@@ -6,7 +6,9 @@
 #include <string>
 #include <utility>
 
+#include "rclcpp/client.hpp"
 #include "rclcpp/node_interfaces/node_base_interface.hpp"
+#include "rclcpp/service.hpp"
 
 namespace rclcpp::node_interfaces {
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "rclcpp/node_interfaces/node_base_interface.hpp"
+#include "rclcpp/timer.hpp"
 
 namespace rclcpp::node_interfaces {
 

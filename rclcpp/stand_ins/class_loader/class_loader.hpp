@@ -1,4 +1,6 @@
-// Loads libraries of components, for programs that do so by themselves.
+// Loads libraries of components, for programs that do so by themselves. It stands in for
+// class_loader, whose source loads classes of all kinds and takes this place where a workspace has
+// it.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef CLASS_LOADER__CLASS_LOADER_HPP_
 #define CLASS_LOADER__CLASS_LOADER_HPP_
@@ -25,7 +27,13 @@ struct CreateClassException : std::runtime_error {
 class ClassLoader {
  public:
   /// "" is the program itself, with all that it links.
-  explicit ClassLoader(const std::string& library_path, bool ondemand_load_unload = false);
+  explicit ClassLoader(const std::string& library_path, bool /*ondemand_load_unload*/ = false)
+      : path_(library_path) {
+    std::string error;
+    if (!rclcpp_components::detail::open_library(path_, file_, error)) {
+      throw LibraryLoadException("Could not load library: " + error);
+    }
+  }
 
   std::string getLibraryPath() const { return path_; }
   bool isLibraryLoaded() const { return true; }
@@ -48,7 +56,10 @@ class ClassLoader {
   template <class Base>
   std::shared_ptr<Base> createInstance(const std::string& name) {
     check<Base>();
-    return create(name);
+    for (const auto& one : factories()) {
+      if (one.name == name) return one.factory;
+    }
+    throw CreateClassException("the library '" + path_ + "' has registered no component " + name);
   }
   template <class Base>
   std::shared_ptr<Base> createSharedInstance(const std::string& name) {
@@ -59,10 +70,15 @@ class ClassLoader {
   template <class Base>
   static void check() {
     static_assert(std::is_same_v<Base, rclcpp_components::NodeFactory>,
-                  "Takt's class_loader loads components only: see docs/reference/rclcpp_build.md");
+                  "This class_loader loads components only; with its source, "
+                  "https://github.com/ros/class_loader, "
+                  "in the workspace it loads all classes: see docs/reference/rclcpp_build.md");
   }
-  std::vector<rclcpp_components::detail::RegisteredFactory> factories() const;
-  std::shared_ptr<rclcpp_components::NodeFactory> create(const std::string& name) const;
+  std::vector<rclcpp_components::detail::RegisteredFactory> factories() const {
+    auto all = rclcpp_components::detail::registered_factories();
+    std::erase_if(all, [&](const auto& one) { return !file_.empty() && one.library != file_; });
+    return all;
+  }
 
   std::string path_;
   std::string file_;  // as the loader names it; "" of the program
