@@ -2,98 +2,125 @@
 #include "takt/base/manual_clock.hpp"
 
 #include <algorithm>
-#include <tuple>
 
 namespace takt {
 namespace {
+
 // The participant that the calling thread is, so that work() knows which one to block.
 thread_local ManualClock::Participant* this_participant = nullptr;
-}  // namespace
 
-TimePoint ManualClock::now() const noexcept {
-  const std::lock_guard lock(mutex_);
-  return now_;
+CpuModel::Options of_speed_1(const std::vector<int>& numbers) {
+  CpuModel::Options options;
+  for (const int number : numbers) options.cpus.push_back({.number = number});
+  return options;
 }
 
-ManualClock::Participant* ManualClock::next_due(TimePoint limit) noexcept {
-  Participant* first = nullptr;
-  TimePoint first_time = limit;
-  for (Participant* candidate : participants_) {
-    if (candidate->state_ != Participant::State::blocked) continue;
-    if (candidate->is_awake_ && !candidate->has_cpu_) continue;
-    const bool woken = candidate->wakeable_ && candidate->token_;
-    const TimePoint time = woken ? now_ : candidate->wake_time_;
-    if (time < first_time || (first == nullptr && time <= limit && time != kNever)) {
+}  // namespace
+
+ManualClock::ManualClock(TimePoint start, CpuModel::Options cpus) : now_(start) {
+  if (!cpus.cpus.empty()) cpus_.emplace(std::move(cpus));
+}
+
+ManualClock::ManualClock(TimePoint start, const std::vector<int>& cpus)
+    : ManualClock(start, of_speed_1(cpus)) {
+}
+
+// Only the thread that holds the baton moves it.
+TimePoint ManualClock::now() const noexcept {
+  return now_.load(std::memory_order_acquire);
+}
+
+// ---- What happens next ----
+
+TimePoint ManualClock::next_event(const Participant& participant) const noexcept {
+  if (participant.state_ == State::working && cpus_) return cpus_->next_event(participant.thread);
+  return participant.wake_time_;
+}
+
+// True: it goes on, now.
+bool ManualClock::happen(Participant& participant) noexcept {
+  if (!cpus_) return true;
+  if (participant.state_ == State::working) return cpus_->happen(participant.thread, now());
+  participant.state_ = State::working;
+  cpus_->wake(participant.thread, now());
+  return false;
+}
+
+// The one that runs next; nullptr: nobody before the target. At one instant, things happen to
+// participants in the order of their ranks, and at last to CPUs.
+ManualClock::Participant* ManualClock::step() noexcept {
+  for (;;) {
+    Participant* first = nullptr;
+    TimePoint time = kNever;
+    for (Participant* candidate : participants_) {
+      const TimePoint event = next_event(*candidate);
+      if (event >= time) continue;
       first = candidate;
-      first_time = time;
+      time = event;
+    }
+    const TimePoint of_cpus = cpus_ ? cpus_->next_event() : kNever;
+    const TimePoint next = std::min(time, of_cpus);
+    if (next == kNever || next > target_) return nullptr;
+    if (next > now()) now_.store(next, std::memory_order_release);
+    if (of_cpus < time) {
+      cpus_->happen(next);
+    } else if (happen(*first)) {
+      return first;
     }
   }
-  return first;
+}
+
+// The caller has the baton (self), or it is the controller, or leaves (nullptr). Without the lock,
+// another one has the baton now.
+void ManualClock::pass_on(Participant* self, std::unique_lock<std::mutex>& lock) noexcept {
+  running_ = step();
+  if (running_ == nullptr) {
+    is_advancing_ = false;
+    controller_.notify_all();
+    return;
+  }
+  running_->state_ = State::running;
+  if (running_ == self) return;
+  Participant& next = *running_;
+  lock.unlock();  // before it runs into the mutex
+  next.has_baton_.store(1);
+  next.has_baton_.notify_one();  // only its address counts: it may have left meanwhile
 }
 
 void ManualClock::advance(Nanoseconds duration) {
   std::unique_lock lock(mutex_);
-  const TimePoint target = later(now_, duration);
-  for (;;) {
-    if (!cpus_.empty()) share_cpus();
-    Participant* next = next_due(target);
-    if (next == nullptr) break;
-    if (!(next->wakeable_ && next->token_)) now_ = std::max(now_, next->wake_time_);
-    if (!cpus_.empty() && !next->has_cpu_) {  // it wakes up, and gets a CPU or waits for one
-      next->is_awake_ = true;
-      next->awake_since_ = now_;
-      next->remaining_ = Nanoseconds::zero();
-      continue;
-    }
-    next->state_ = Participant::State::running;
-    running_ = next;
-    next->released_.notify_one();
-    baton_back_.wait(lock, [&] { return running_ == nullptr; });
-  }
-  now_ = std::max(now_, target);
-}
-
-// Takes the CPUs from all, and gives them to the most urgent of those that are awake.
-void ManualClock::share_cpus() {
-  std::vector<Participant*> awake;
-  for (Participant* candidate : participants_) {
-    if (candidate->state_ != Participant::State::blocked || !candidate->is_awake_) continue;
-    if (std::exchange(candidate->has_cpu_, false))
-      candidate->remaining_ = candidate->wake_time_ - now_;
-    candidate->wake_time_ = kNever;
-    awake.push_back(candidate);
-  }
-  std::stable_sort(awake.begin(), awake.end(), [](const Participant* a, const Participant* b) {
-    const auto urgency = [](const Participant* candidate) {
-      const bool has_deadline = candidate->deadline != Nanoseconds::zero();
-      return std::tuple(has_deadline ? candidate->awake_since_ + candidate->deadline : kNever,
-                        -candidate->priority, candidate->awake_since_);
-    };
-    return urgency(a) < urgency(b);
-  });
-  std::vector<int> free = cpus_;
-  for (Participant* candidate : awake) {
-    const auto cpu = std::find_if(free.begin(), free.end(), [&](int number) {
-      return candidate->cpus.empty() || std::find(candidate->cpus.begin(), candidate->cpus.end(),
-                                                  number) != candidate->cpus.end();
-    });
-    if (cpu == free.end()) continue;
-    free.erase(cpu);
-    candidate->has_cpu_ = true;
-    candidate->wake_time_ = later(now_, candidate->remaining_);
-  }
+  controller_.wait(lock, [this] { return !is_advancing_; });
+  target_ = later(now(), duration);
+  is_advancing_ = true;
+  pass_on(nullptr, lock);
+  if (!lock.owns_lock()) lock.lock();
+  controller_.wait(lock, [this] { return !is_advancing_; });
+  if (target_ > now()) now_.store(target_);
 }
 
 void ManualClock::wait_for_participants(std::size_t count) {
   std::unique_lock lock(mutex_);
-  baton_back_.wait(lock, [&] { return participants_.size() >= count; });
+  controller_.wait(lock, [&] { return participants_.size() >= count; });
 }
 
-void ManualClock::block(Participant& self, std::unique_lock<std::mutex>& lock) noexcept {
-  self.state_ = Participant::State::blocked;
-  if (running_ == &self) running_ = nullptr;
-  baton_back_.notify_all();
-  self.released_.wait(lock, [&] { return self.state_ == Participant::State::running; });
+// ---- Participants ----
+
+// When one goes on whose sleep ends at that time.
+TimePoint ManualClock::after_wake_up(TimePoint time) const noexcept {
+  return cpus_ ? later(time, cpus_->wake_overhead()) : time;
+}
+
+// It is in this state until it has the baton.
+void ManualClock::block(Participant& self, State state,
+                        std::unique_lock<std::mutex>& lock) noexcept {
+  self.state_ = state;
+  if (running_ == &self) {
+    pass_on(&self, lock);
+    if (lock.owns_lock() && running_ == &self) return;
+  }
+  if (lock.owns_lock()) lock.unlock();
+  self.has_baton_.wait(0);
+  self.has_baton_.store(0);
 }
 
 void ManualClock::join(Participant& self) {
@@ -103,48 +130,52 @@ void ManualClock::join(Participant& self) {
                    [&](const Participant* other) { return self.rank < other->rank; });
   participants_.insert(place, &self);
   this_participant = &self;
-  self.wakeable_ = self.is_awake_ = self.has_cpu_ = false;
-  self.wake_time_ = now_;
-  block(self, lock);
+  self.wake_time_ = now();
+  controller_.notify_all();
+  block(self, State::sleeping, lock);
 }
 
 void ManualClock::leave(Participant& self) noexcept {
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
   std::erase(participants_, &self);
-  self.state_ = Participant::State::absent;
+  if (cpus_ && self.thread.is_awake()) cpus_->sleep(self.thread, now());
+  self.state_ = State::absent;
   self.token_ = false;
-  if (running_ == &self) running_ = nullptr;
   this_participant = nullptr;
-  baton_back_.notify_all();
+  if (running_ == &self) pass_on(nullptr, lock);
 }
 
 bool ManualClock::wait(Participant& self, TimePoint deadline) noexcept {
   std::unique_lock lock(mutex_);
   if (!self.token_) {
-    if (deadline <= now_) return false;
-    self.wake_time_ = deadline;
-    self.wakeable_ = true;
-    self.is_awake_ = self.has_cpu_ = false;
-    block(self, lock);
-    self.wakeable_ = false;
+    if (deadline <= now()) return false;
+    self.wake_time_ = after_wake_up(deadline);
+    if (cpus_) cpus_->sleep(self.thread, now());
+    block(self, State::sleeping, lock);
+    if (!lock.owns_lock()) lock.lock();
   }
   return std::exchange(self.token_, false);
 }
 
 void ManualClock::wake(Participant& self) noexcept {
   const std::lock_guard lock(mutex_);
-  self.token_ = true;
+  if (std::exchange(self.token_, true) || self.state_ != State::sleeping) return;
+  self.wake_time_ = std::min(self.wake_time_, after_wake_up(now()));
 }
 
 void ManualClock::work(Nanoseconds duration) {
   std::unique_lock lock(mutex_);
-  if (this_participant == nullptr) {
-    now_ = later(now_, duration);
+  Participant* const self = this_participant;
+  if (self == nullptr) {
+    now_.store(later(now(), duration));
     return;
   }
-  this_participant->wake_time_ = later(now_, duration);
-  this_participant->remaining_ = duration;
-  block(*this_participant, lock);
+  if (cpus_) {
+    cpus_->work(self->thread, duration, now());
+  } else {
+    self->wake_time_ = later(now(), duration);
+  }
+  block(*self, State::working, lock);
 }
 
 }  // namespace takt

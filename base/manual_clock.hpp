@@ -3,14 +3,17 @@
 #ifndef TAKT_BASE_MANUAL_CLOCK_HPP_
 #define TAKT_BASE_MANUAL_CLOCK_HPP_
 
+#include <atomic>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "takt/base/clock.hpp"
+#include "takt/base/cpu_model.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_PUBLIC takt {
@@ -20,14 +23,14 @@ namespace TAKT_PUBLIC takt {
 /// every run.
 ///
 /// 1. An executor's worker joins; it stands still until the controller (the test) advances.
-/// 2. `advance(d)` hands the baton to the first participant that can run and waits until it
-///    blocks again, in `wait` or in `work`; when none can run, time jumps to the next wake-up.
-/// 3. `advance` returns when the target is reached and every participant is blocked.
+/// 2. `advance(d)` hands the baton to the first participant that can run. When that blocks, in
+///    `wait` or in `work`, it hands the baton to the next one, or goes on itself; when none can
+///    run, time jumps to the next event.
+/// 3. The one that finds that nothing happens before the target gives the baton back: `advance`
+///    returns, and every participant is blocked.
 ///
-/// With CPUs, participants also compete for them as threads do: one that is awake or in `work`
-/// needs one of the CPUs that it may use, and the less urgent one stops meanwhile. So a test can
-/// simulate preemption: SCHED_DEADLINE before SCHED_FIFO, the earlier deadline or larger priority
-/// first, equal ones in order of waking up. Without CPUs, each participant has one of its own.
+/// With CPUs, participants also compete for them as threads do, see CpuModel. So a test can
+/// simulate preemption. Without CPUs, each participant has one of its own.
 ///
 /// Thread safety: every method may be called from any thread.
 /// Real-time: no; for tests and simulation only.
@@ -42,28 +45,27 @@ class ManualClock final : public Clock {
 
     /// Of participants that can run at the same time, the one with the smaller rank runs first.
     std::pair<std::uint64_t, std::uint64_t> rank;
-    /// How urgent the thread is: its relative deadline (0: none), its priority (0: none).
-    Nanoseconds deadline{0};
-    int priority = 0;
-    std::vector<int> cpus;  // that it may use; empty: all
+    /// As a thread of the CPUs, if there are some. It is set before it joins.
+    CpuModel::Thread thread;
 
    private:
     friend class ManualClock;
-    enum class State { absent, blocked, running };
+    enum class State { absent, sleeping, working, running };
     State state_ = State::absent;
-    TimePoint wake_time_ = kNever;
-    bool token_ = false;     // a wake-up that has not been consumed
-    bool wakeable_ = false;  // blocked in wait(), not in work()
-    // With CPUs: whether it needs one, since when, for how long yet, and whether it has it.
-    bool is_awake_ = false;
-    TimePoint awake_since_{};
-    Nanoseconds remaining_{0};
-    bool has_cpu_ = false;
-    std::condition_variable released_;
+    TimePoint wake_time_ = kNever;  // of one that sleeps; without CPUs, also of one that works
+    bool token_ = false;            // a wake-up that has not been consumed
+    std::atomic<std::uint32_t> has_baton_{0};
   };
 
-  explicit ManualClock(TimePoint start = TimePoint{}, std::vector<int> cpus = {})
-      : now_(start), cpus_(std::move(cpus)) {}
+  explicit ManualClock(TimePoint start = TimePoint{}) : now_(start) {}
+  /// Without CPUs in the list, each participant has one of its own.
+  ManualClock(TimePoint start, CpuModel::Options cpus);
+  /// The same, with CPUs of speed 1.
+  ManualClock(TimePoint start, const std::vector<int>& cpus);
+
+  /// Whether there are CPUs: then threads ask the system for nothing.
+  bool has_cpus() const noexcept { return cpus_.has_value(); }
+  std::size_t cpus() const noexcept { return cpus_ ? cpus_->cpus() : 0; }
 
   TimePoint now() const noexcept override;
   ManualClock* as_manual() noexcept override { return this; }
@@ -87,16 +89,23 @@ class ManualClock final : public Clock {
   void wake(Participant& self) noexcept;
 
  private:
-  void block(Participant& self, std::unique_lock<std::mutex>& lock) noexcept;
-  Participant* next_due(TimePoint limit) noexcept;
-  void share_cpus();
+  using State = Participant::State;
+
+  void block(Participant& self, State state, std::unique_lock<std::mutex>& lock) noexcept;
+  void pass_on(Participant* self, std::unique_lock<std::mutex>& lock) noexcept;
+  Participant* step() noexcept;
+  TimePoint next_event(const Participant& participant) const noexcept;
+  bool happen(Participant& participant) noexcept;
+  TimePoint after_wake_up(TimePoint time) const noexcept;
 
   mutable std::mutex mutex_;
-  std::condition_variable baton_back_;
-  TimePoint now_;
-  const std::vector<int> cpus_;
+  std::condition_variable controller_;
+  std::atomic<TimePoint> now_;
+  std::optional<CpuModel> cpus_;
   std::vector<Participant*> participants_;  // by rank
   Participant* running_ = nullptr;
+  bool is_advancing_ = false;
+  TimePoint target_{};  // while it advances
 };
 
 }  // namespace takt

@@ -28,6 +28,7 @@
 
 namespace TAKT_PUBLIC takt {
 
+class ExecutionModel;
 class LatencySlices;
 class Watchdog;
 
@@ -141,6 +142,8 @@ struct ExecutorOptions {
   /// return.
   std::shared_ptr<Watchdog> watchdog;
   Clock* clock = &Clock::steady();
+  /// Runs callbacks instead of their own code, in a simulation. It outlives the executor.
+  ExecutionModel* execution_model = nullptr;
 };
 
 // What the figures below mean, and how those of two times become one: executors/figures.hpp.

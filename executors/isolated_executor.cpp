@@ -6,6 +6,7 @@
 #include "takt/base/same_owner.hpp"
 #include "takt/entities/wait_in_callback.hpp"
 #include "takt/executors/engine/spin_always.hpp"
+#include "takt/executors/engine/virtual_cpus.hpp"
 
 namespace takt {
 
@@ -13,8 +14,10 @@ IsolatedExecutor::IsolatedExecutor(const ExecutorOptions& options, const Executo
     : options_(options),
       traits_(traits),
       backend_(make_wait_backend(kAutoWait, *options.clock, 1, true)) {
-  for (const ThreadAttributes& thread : options.threads) thread.check();
-  check_spin(options, options.threads);
+  if (!has_virtual_cpus(*options.clock)) {
+    for (const ThreadAttributes& thread : options.threads) thread.check();
+    check_spin(options, options.threads);
+  }
   make_wait_backend(options.wait, *options.clock, 1, false);  // throws here, not in a child
   if (!options.scheduler.empty()) schedulers().check(options.scheduler);
   sleeper_.begin();
@@ -90,7 +93,7 @@ std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::make_child(
   options.threads = {thread};
   std::vector<ThreadAttributes> threads = options.threads;
   for (const auto& other : children_) threads.push_back(other->attributes);
-  check_spin(options, threads);
+  if (!has_virtual_cpus(*options.clock)) check_spin(options, threads);
   const auto child = std::make_shared<Child>(*this, options, node, group, place);
   child->executor.release_timers(releases_timers_);
   if (traced_events_ != 0) child->executor.begin_trace(traced_events_);

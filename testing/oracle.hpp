@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "takt/analysis/system.hpp"
+#include "takt/testing/oracle_machine.hpp"
 #include "takt/testing/oracle_order.hpp"
 
 namespace takt::testing {
@@ -41,19 +42,24 @@ class Oracle {
     /// else happens, or after it.
     std::vector<std::pair<Time, std::size_t>> messages{};
     bool messages_first = false;
+    /// If not empty: all threads have shares or reservations, and run on these CPUs only, where
+    /// what happens at one instant happens in the order of threads.
+    std::vector<int> cpus{};
   };
 
   Oracle(const analysis::System& system, Run run)
       : system_(system),
         run_(std::move(run)),
         states_(system.callbacks.size()),
-        parts_(system.executors.size()) {
+        parts_(system.executors.size()),
+        machine_(run_.cpus) {
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       parts_[i].executor = &system.executors[i];
       parts_[i].waiting = Waiting(system, system.executors[i].order);
       for (std::size_t thread = 0; thread < system.executors[i].threads; ++thread) {
         workers_.push_back({.part = i});
-        workers_.back().awake = true;
+        workers_.back().awake = run_.cpus.empty();  // else it wakes up at once, in its turn
+        workers_.back().awake_order = ++wake_ups_;
         if (const auto& reservation = system.executors[i].reservation) {
           workers_.back().budget = reservation->budget;
           workers_.back().deadline = reservation->period;
@@ -86,6 +92,7 @@ class Oracle {
     Time due = 0;
     std::deque<Message> messages;
     bool held = false, queued = false, drained = false;
+    bool had_more = false;  // when its input was taken
     Time announced_ready = 0;
     std::uint64_t announced = 0;
     std::map<std::size_t, const Job*> inputs;  // of a join that sends to it, since the last message
@@ -113,7 +120,8 @@ class Oracle {
     std::size_t part = 0;
     bool awake = false, sleeping = false;
     Time waits_for = kNever;  // the release
-    Time wake_time = 0, remaining = 0, awake_since = 0;
+    Time wake_time = 0, remaining = 0;
+    std::uint64_t awake_order = 0;
     std::unique_ptr<Job> job;
     Time budget = 0, deadline = 0;  // of a reservation
     bool throttled = false;
@@ -131,37 +139,18 @@ class Oracle {
   bool has_cpu(std::size_t index) const {
     const Worker& self = workers_[index];
     if (self.throttled) return false;
-    if (!parts_[self.part].executor->share) return true;
+    if (!parts_[self.part].executor->share && run_.cpus.empty()) return true;
     return std::find(running_.begin(), running_.end(), index) != running_.end();
   }
-  // Reservations first, each on another CPU; then the threads in their order, each on the first
-  // CPU that is free.
   void give_cpus() {
-    std::set<int> free;
-    std::vector<std::size_t> waiting;
-    std::size_t reserved = 0;
-    for (std::size_t i = 0; i < workers_.size(); ++i) {
-      const auto& share = parts_[workers_[i].part].executor->share;
-      if (share) free.insert(share->cpus.begin(), share->cpus.end());
-      if (share && workers_[i].awake) waiting.push_back(i);
-      if (is_reserved(workers_[i]) && workers_[i].awake && !workers_[i].throttled) ++reserved;
+    std::vector<MachineThread> threads;
+    for (const Worker& worker : workers_) {
+      const auto& share = parts_[worker.part].executor->share;
+      threads.push_back({worker.awake, worker.throttled, is_reserved(worker), worker.awake_order,
+                         share ? &share->cpus : nullptr,
+                         share ? -share->priority : worker.deadline});
     }
-    for (; reserved > 0 && !free.empty(); --reserved) free.erase(free.begin());
-    std::sort(waiting.begin(), waiting.end(), [this](std::size_t a, std::size_t b) {
-      const auto order = [this](std::size_t i) {
-        return std::tuple(-parts_[workers_[i].part].executor->share->priority,
-                          workers_[i].awake_since, i);
-      };
-      return order(a) < order(b);
-    });
-    running_.clear();
-    for (const std::size_t index : waiting) {
-      for (const int cpu : parts_[workers_[index].part].executor->share->cpus) {
-        if (free.erase(cpu) == 0) continue;
-        running_.push_back(index);
-        break;
-      }
-    }
+    running_ = run_.cpus.empty() ? beside_reservations(threads) : machine_.running(threads);
   }
   // When something happens to it, if nothing happens before.
   Time next_event(std::size_t index) const {
@@ -179,12 +168,13 @@ class Oracle {
     give_cpus();
     std::size_t first = SIZE_MAX;
     std::pair<Time, bool> first_time{kNever, true};
-    const bool shares_cpus = std::any_of(parts_.begin(), parts_.end(), [](const Part& part) {
-      return part.executor->share.has_value();
-    });
+    const bool ends_first =
+        run_.cpus.empty() && std::any_of(parts_.begin(), parts_.end(), [](const Part& part) {
+          return part.executor->share.has_value();
+        });
     for (std::size_t i = 0; i < workers_.size(); ++i) {
       // What ends now, ends before something else preempts it.
-      const std::pair time(next_event(i), shares_cpus && !workers_[i].awake);
+      const std::pair time(next_event(i), ends_first && !workers_[i].awake);
       if (time < first_time) {
         first = i;
         first_time = time;
@@ -228,7 +218,7 @@ class Oracle {
   }
   void wake_up(Worker& worker) {
     worker.awake = true;
-    worker.awake_since = now_;
+    worker.awake_order = ++wake_ups_;
     worker.remaining = 0;
     const auto& reservation = parts_[worker.part].executor->reservation;
     if (!reservation) return;
@@ -352,6 +342,7 @@ class Oracle {
     } else {
       const Message message = state.messages.front();
       state.messages.pop_front();
+      state.had_more = !state.messages.empty();
       job.ready = message.ready;
       job.cause = message.from;
       job.arrival = message.arrival;
@@ -457,8 +448,12 @@ class Oracle {
       part.timers.insert({state.due, callback});
       return;
     }
-    if (state.messages.empty()) {
-      if (std::exchange(state.drained, false)) state.queued = false;
+    bool more = std::exchange(state.had_more, false);
+    if (!more && std::exchange(state.drained, false)) {
+      state.queued = false;
+      more = !state.messages.empty();
+    }
+    if (!more) {  // what has come meanwhile is in the inbox
       state.held = false;
       return;
     }
@@ -486,6 +481,8 @@ class Oracle {
   std::vector<Part> parts_;
   std::vector<Worker> workers_;       // by rank
   std::vector<std::size_t> running_;  // of those that share CPUs
+  Machine machine_;                   // of the CPUs, if there are some
+  std::uint64_t wake_ups_ = 0;
   std::vector<std::unique_ptr<Job>> finished_;
 };
 

@@ -8,6 +8,7 @@
 #include "takt/base/held_locks.hpp"
 #include "takt/base/probes.hpp"
 #include "takt/entities/traced.hpp"
+#include "takt/executors/execution_model.hpp"
 #include "takt/nodes/chain.hpp"
 #include "takt/nodes/chain_join.hpp"
 
@@ -172,7 +173,10 @@ void Dispatcher::call(Execution& execution) noexcept {
   try {
     expect_no_lock("callback");
     const TracedCallback traced(*execution.record->entity, execution.slot);
-    execution.record->entity->execute(execution.slot);
+    Entity& entity = *execution.record->entity;
+    if (options_.execution_model != nullptr) [[unlikely]]
+      return options_.execution_model->execute(entity, execution.slot);
+    entity.execute(execution.slot);
   } catch (...) {
     caught(*execution.record, std::current_exception());
   }

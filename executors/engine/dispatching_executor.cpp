@@ -15,6 +15,7 @@
 #include "takt/base/logger.hpp"
 #include "takt/base/tracepoints.hpp"
 #include "takt/executors/engine/spin_always.hpp"
+#include "takt/executors/engine/virtual_cpus.hpp"
 #include "takt/sched/threads/memory_lock.hpp"
 #include "takt/sched/threads/realtime_thread.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
@@ -38,7 +39,7 @@ std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
                                           const ExecutorTraits& traits) {
   std::vector<ThreadAttributes> threads = options.threads;
   if (threads.empty()) {
-    threads.resize(traits.pool ? std::max(2u, std::thread::hardware_concurrency()) : 1);
+    threads.resize(traits.pool ? threads_of_pool(*options.clock) : 1);
   }
   if (threads.size() > traits.max_threads) {
     throw Error(fmt::format("executor '{}' was given {} threads", options.name, threads.size()),
@@ -47,9 +48,9 @@ std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
   for (std::size_t i = 0; i < threads.size(); ++i) {
     std::string& name = threads[i].name;
     if (name.empty()) name = i == 0 ? options.name : fmt::format("{}-{}", options.name, i);
-    threads[i].check();
+    if (!has_virtual_cpus(*options.clock)) threads[i].check();
   }
-  check_spin(options, threads);
+  if (!has_virtual_cpus(*options.clock)) check_spin(options, threads);
   return threads;
 }
 
@@ -184,6 +185,11 @@ std::vector<int> DispatchingExecutor::running_threads() const {
 void DispatchingExecutor::spin(const ExceptionHandler& handler) {
   Spin spin(*this, &handler);
   if (spin.take_cancel()) return;
+  const bool asks = !has_virtual_cpus(*options_.clock);
+  const Realtime realtime = asks ? options_.realtime : Realtime::off;
+  const auto asked_of_system = [asks](const ThreadAttributes& attributes) {
+    return asks ? attributes : ThreadAttributes{.name = attributes.name};
+  };
   std::vector<ThreadStatistics>& statistics = observation_.threads();
   statistics.assign(workers().all().size(), {});
   const auto start = [this] {
@@ -197,16 +203,16 @@ void DispatchingExecutor::spin(const ExceptionHandler& handler) {
         ThreadStatistics& thread = statistics[worker.index];
         thread.asked = worker.attributes;
         if (worker.index == 0) continue;
-        pool.push_back(
-            std::make_unique<RealtimeThread>(worker.attributes, options_.realtime, [this, &worker] {
-              has_workers_.wait(false);
-              work(worker);
-            }));
+        pool.push_back(std::make_unique<RealtimeThread>(asked_of_system(worker.attributes),
+                                                        realtime, [this, &worker] {
+                                                          has_workers_.wait(false);
+                                                          work(worker);
+                                                        }));
         thread.in_force = pool.back()->state();
       }
       ThreadStatistics& mine = statistics.front();
-      mine.in_force =
-          options_.threads.empty() ? this_thread_state() : apply(mine.asked, options_.realtime);
+      mine.in_force = options_.threads.empty() ? this_thread_state()
+                                               : apply(asked_of_system(mine.asked), realtime);
       if (is_realtime(mine.in_force.policy)) prefault_stack();
     } catch (...) {
       cancel();

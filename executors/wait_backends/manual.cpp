@@ -9,6 +9,27 @@
 #include "takt/base/lockfree/sequence.hpp"
 
 namespace takt {
+namespace {
+
+CpuModel::Policy policy_of(ThreadPolicy policy) {
+  using Policy = CpuModel::Policy;
+  switch (policy) {
+    case ThreadPolicy::fifo:
+      return Policy::fifo;
+    case ThreadPolicy::rr:
+      return Policy::rr;
+    case ThreadPolicy::deadline:
+      return Policy::deadline;
+    case ThreadPolicy::idle:
+      return Policy::idle;
+    case ThreadPolicy::other:
+    case ThreadPolicy::batch:
+      break;
+  }
+  return Policy::other;
+}
+
+}  // namespace
 
 ManualWaitBackend::ManualWaitBackend(ManualClock& clock, std::size_t workers)
     : clock_(clock), workers_(workers) {
@@ -19,12 +40,12 @@ ManualWaitBackend::ManualWaitBackend(ManualClock& clock, std::size_t workers)
 
 void ManualWaitBackend::enter(std::size_t worker, const ThreadAttributes& thread) noexcept {
   Worker& self = workers_[worker];
-  self.participant.priority = thread.priority;
-  self.participant.cpus = thread.affinity;
-  if (thread.policy == ThreadPolicy::deadline) {
-    self.participant.deadline =
-        thread.deadline != Nanoseconds::zero() ? thread.deadline : thread.period;
-  }
+  CpuModel::Thread& on_cpus = self.participant.thread;
+  on_cpus.policy = policy_of(thread.policy);
+  on_cpus.priority = thread.priority;
+  on_cpus.nice = thread.nice;
+  on_cpus.reservation = {thread.runtime, thread.deadline, thread.period};
+  on_cpus.cpus = thread.affinity;
   clock_.join(self.participant);
   self.joined = true;
 }

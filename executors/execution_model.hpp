@@ -1,0 +1,24 @@
+// What stands in for the bodies of callbacks in a simulation.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_EXECUTION_MODEL_HPP_
+#define TAKT_EXECUTORS_EXECUTION_MODEL_HPP_
+
+#include "takt/base/visibility.hpp"
+#include "takt/entities/entity.hpp"
+
+namespace TAKT_INTERNAL takt {
+
+/// See ExecutorOptions::execution_model. All that is around a body, an executor does itself: it
+/// takes the message, times the execution, and counts.
+/// Thread safety: called by the worker that runs the callback; of a manual clock one at a time.
+/// Real-time: no; for simulations.
+class ExecutionModel {
+ public:
+  virtual ~ExecutionModel() = default;
+  /// Instead of `entity.execute(slot)`, which it may call. If not, it calls `entity.discard(slot)`.
+  virtual void execute(Entity& entity, const Slot& slot) = 0;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_EXECUTORS_EXECUTION_MODEL_HPP_
