@@ -53,7 +53,9 @@ set(takt_ros2_absent_source
     "github.com/ros2/message_filters message_filters"
     "github.com/ros2/performance_test_fixture performance_test_fixture"
     "github.com/ros2/rosbag2 rosbag2_interfaces"
+    "github.com/ros2/rcl_interfaces test_msgs"
     "github.com/ros2/rviz rviz_common"
+    "github.com/ros2/test_interface_files test_interface_files"
     "github.com/ros2/urdf urdf urdf_parser_plugin"
     "github.com/rudislabs/actuator_msgs actuator_msgs"
     "github.com/swri-robotics/gps_umd gps_msgs"
@@ -73,5 +75,5 @@ set(takt_ros2_absent_never
     rmw_zenoh_cpp rosbag2_cpp rosbag2_storage rosbag2_transport rosidl_adapter rosidl_default_generators_py
     rosidl_dynamic_typesupport rosidl_generator_c rosidl_generator_py rosidl_parser rosidl_runtime_c
     rosidl_typesupport_c rosidl_typesupport_fastrtps_c rosidl_typesupport_fastrtps_cpp
-    rosidl_typesupport_interface rosidl_typesupport_introspection_c rqt_gui rqt_gui_cpp rttest test_msgs
+    rosidl_typesupport_interface rosidl_typesupport_introspection_c rqt_gui rqt_gui_cpp rttest
     tlsf tlsf_cpp tracetools)

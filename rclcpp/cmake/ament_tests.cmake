@@ -6,11 +6,18 @@ foreach(takt_ros2_name
         ament_lint_auto_find_test_dependencies ament_clang_format ament_clang_tidy ament_copyright ament_cppcheck
         ament_cpplint ament_flake8 ament_lint_cmake ament_mypy ament_pep257 ament_pycodestyle ament_pyflakes
         ament_uncrustify ament_xmllint ament_pclint
-        ament_add_pytest_test ament_add_nose_test ament_add_test ament_add_test_label ament_add_google_benchmark
-        ament_add_google_benchmark_test add_launch_test add_ros_test ament_add_ros_isolated_launch_test
+        ament_add_pytest_test ament_add_nose_test ament_add_test ament_add_test_label ament_add_google_benchmark_test
+        add_launch_test add_ros_test ament_add_ros_isolated_launch_test
         call_for_each_rmw_implementation ament_python_install_package ament_python_install_module)
   cmake_language(EVAL CODE "function(${takt_ros2_name})\nendfunction()")
 endforeach()
+
+# A target that is not built, as packages link libraries to it.
+function(ament_add_google_benchmark target)
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "SKIP_LINKING_MAIN_LIBRARIES;SKIP_TEST" "RUNNER;TIMEOUT;WORKING_DIRECTORY"
+                        "ENV;APPEND_ENV;APPEND_LIBRARY_DIRS")
+  add_executable(${target} EXCLUDE_FROM_ALL ${ARG_UNPARSED_ARGUMENTS})
+endfunction()
 
 # ament_find_gtest(), ament_find_gmock()
 macro(ament_find_gtest)
@@ -42,7 +49,8 @@ function(takt_ros2_add_test_program library target)
 endfunction()
 
 function(takt_ros2_run_test target)
-  cmake_parse_arguments(PARSE_ARGV 1 ARG "SKIP_TEST" "RUNNER;TIMEOUT;WORKING_DIRECTORY;TEST_NAME" "ENV;APPEND_ENV")
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "SKIP_TEST" "RUNNER;TIMEOUT;WORKING_DIRECTORY;TEST_NAME"
+                        "ENV;APPEND_ENV;APPEND_LIBRARY_DIRS")
   if(NOT TARGET ${target} OR ARG_SKIP_TEST)
     return()
   endif()
@@ -53,7 +61,16 @@ function(takt_ros2_run_test target)
     endif()
   endforeach()
   add_test(NAME ${ARG_TEST_NAME} COMMAND ${target} WORKING_DIRECTORY ${ARG_WORKING_DIRECTORY})
-  set_tests_properties(${ARG_TEST_NAME} PROPERTIES TIMEOUT ${ARG_TIMEOUT} ENVIRONMENT "${ARG_ENV};${ARG_APPEND_ENV}")
+  # What a setup file of the workspace would set.
+  set(more "")
+  foreach(prefix ${CMAKE_PREFIX_PATH})
+    list(APPEND more "AMENT_PREFIX_PATH=path_list_append:${prefix}")
+  endforeach()
+  foreach(folder ${ARG_APPEND_LIBRARY_DIRS})
+    list(APPEND more "LD_LIBRARY_PATH=path_list_prepend:${folder}")
+  endforeach()
+  set_tests_properties(${ARG_TEST_NAME} PROPERTIES TIMEOUT ${ARG_TIMEOUT} ENVIRONMENT "${ARG_ENV};${ARG_APPEND_ENV}"
+                                                   ENVIRONMENT_MODIFICATION "${more}")
 endfunction()
 
 function(ament_add_gtest_executable target)

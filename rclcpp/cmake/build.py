@@ -202,7 +202,8 @@ def is_there(name, options):
     prefixes = [str(LAYER), str(options.install_base)]
     for variable in ("CMAKE_PREFIX_PATH", "AMENT_PREFIX_PATH"):
         prefixes += re.split("[:;]", os.environ.get(variable, ""))
-    return any(prefix and pathlib.Path(prefix, "share", name).is_dir() for prefix in prefixes)
+    return any(prefix and pathlib.Path(prefix, place, name).is_dir()
+               for prefix in prefixes for place in ("share", "lib", "lib/cmake"))
 
 
 def check_needs(packages, options):

@@ -6,6 +6,7 @@
 #include "rclcpp_components/register_node_macro.hpp"
 #include "rcpputils/env.hpp"
 #include "rcpputils/join.hpp"
+#include "rcpputils/pointer_traits.hpp"
 #include "rcpputils/shared_library.hpp"
 
 namespace rclcpp::elements::supported_more {
@@ -241,7 +242,12 @@ struct Managed : rclcpp_lifecycle::LifecycleNode {
   }
   rclcpp_lifecycle::LifecyclePublisher<String>::SharedPtr publisher;
 };
-// Row: `rcpputils::SharedLibrary`, `get_platform_library_name`, `join`, `get_env_var` |
+static_assert(rcpputils::is_pointer<std::shared_ptr<int>&>::value &&
+              !rcpputils::is_pointer<int>::value &&
+              std::is_same_v<rcpputils::remove_pointer<const std::unique_ptr<int>&>::type, int> &&
+              std::is_same_v<rcpputils::remove_pointer<const int*>::type, const int>);
+// Row: `rcpputils::SharedLibrary`, `get_platform_library_name`, `join`, `get_env_var`,
+// `is_pointer`, `remove_pointer` |
 void libraries() {
   rcpputils::SharedLibrary library(rcpputils::get_platform_library_name("name"));
   if (library.has_symbol(rcpputils::get_env_var("a")))
