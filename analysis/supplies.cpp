@@ -59,15 +59,15 @@ void find_above(Part& part, const std::vector<Part>& parts) {
   }
 }
 
-// Those of a CPU share what Linux grants. Which CPUs the others use is not known, so all of these
-// count as one.
+// Those of a CPU share what Linux grants. Which CPUs those without a share use is not known: they
+// may be on each.
 void limit(Part& part, const std::vector<Part>& parts) {
   if (!part.system.for_realtime || !part.executor.is_realtime) return;
   part.supply.limit(*part.system.for_realtime, part.system.may_come_twice, part.is_throttled);
   for (const Part& other : parts) {
     const auto& mine = part.executor.share;
     const auto& theirs = other.executor.share;
-    const bool is_together = mine && theirs ? mine->meets(*theirs) : !mine && !theirs;
+    const bool is_together = !mine || !theirs || mine->meets(*theirs);
     if (other.executor.is_realtime && is_together) part.realtime.push_back(&other);
   }
 }

@@ -101,19 +101,17 @@ void CpuModel::share(TimePoint now) {
     if (thread->is_throttled_) continue;
     if (const std::size_t cpu = choose(*thread); cpu != kNone) chosen_[cpu] = thread;
   }
-  std::vector<bool> preempts(states_.size());
   for (std::size_t cpu = 0; cpu < states_.size(); ++cpu) {
     Thread* const before = states_[cpu].running;
     if (before == nullptr || before == chosen_[cpu]) continue;
     before->is_preempted_ = before->is_awake_ && !before->is_throttled_;
-    preempts[cpu] = before->is_preempted_;
     before->cpu_ = kNone;
   }
   for (std::size_t cpu = 0; cpu < states_.size(); ++cpu) {
     Thread* const thread = chosen_[cpu];
     if (std::exchange(states_[cpu].running, thread) == thread || thread == nullptr) continue;
-    if (preempts[cpu] || thread->is_preempted_) thread->work_ += options_.change.count() * kParts;
-    thread->is_preempted_ = false;
+    if (std::exchange(thread->is_preempted_, false))
+      thread->work_ += 2 * options_.change.count() * kParts;
     thread->cpu_ = thread->last_cpu_ = cpu;
     thread->since_ = now;
   }
@@ -127,6 +125,7 @@ void CpuModel::account(TimePoint now) {
       thread->work_ = std::max<std::int64_t>(0, thread->work_ - elapsed.count() * cpu.speed);
       thread->budget_ -= elapsed;
       thread->slice_ -= elapsed;
+      thread->used_ += elapsed;
       if (is_of_realtime(*thread)) cpu.realtime_used += elapsed;
     }
     if (cpu.second > now || cpu.is_throttled) continue;

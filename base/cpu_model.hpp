@@ -39,7 +39,7 @@ class CpuModel {
   };
   struct Options {
     std::vector<Cpu> cpus;
-    /// To begin or to go on where another thread was not finished: it takes this much longer.
+    /// From one thread to another. Twice of it pays a thread that was preempted: there and back.
     Nanoseconds change{0};
     /// A thread that has slept goes on so much later.
     Nanoseconds wake{0};
@@ -65,6 +65,10 @@ class CpuModel {
     std::vector<int> cpus;  // that it may use; empty: all. Not of Policy::deadline
 
     bool is_awake() const noexcept { return is_awake_; }
+    /// The time that it has had a CPU.
+    Nanoseconds used(TimePoint now) const noexcept {
+      return cpu_ == kNone ? used_ : used_ + (now - since_);
+    }
 
    private:
     friend class CpuModel;
@@ -76,7 +80,7 @@ class CpuModel {
     TimePoint since_{};                           // from here on it is not accounted for
     Nanoseconds budget_{0};                       // of a reservation
     TimePoint due_ = TimePoint::min();            // its deadline
-    Nanoseconds slice_{0};
+    Nanoseconds slice_{0}, used_{0};
   };
 
   /// Throws Error if there is no CPU, one of them twice, or with a speed that is none.

@@ -8,6 +8,7 @@ namespace {
 
 // The participant that the calling thread is, so that work() knows which one to block.
 thread_local ManualClock::Participant* this_participant = nullptr;
+thread_local bool is_counted_elsewhere = false;
 
 CpuModel::Options of_speed_1(const std::vector<int>& numbers) {
   CpuModel::Options options;
@@ -163,7 +164,24 @@ void ManualClock::wake(Participant& self) noexcept {
   self.wake_time_ = std::min(self.wake_time_, after_wake_up(now()));
 }
 
+ManualClock::CountedElsewhere::CountedElsewhere() noexcept {
+  is_counted_elsewhere = true;
+}
+
+ManualClock::CountedElsewhere::~CountedElsewhere() {
+  is_counted_elsewhere = false;
+}
+
+std::vector<ManualClock::Use> ManualClock::use() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<Use> result;
+  for (const Participant* participant : participants_)
+    result.push_back({participant->name, participant->thread.used(now())});
+  return result;
+}
+
 void ManualClock::work(Nanoseconds duration) {
+  if (is_counted_elsewhere) return;
   std::unique_lock lock(mutex_);
   Participant* const self = this_participant;
   if (self == nullptr) {

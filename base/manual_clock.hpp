@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -45,6 +46,7 @@ class ManualClock final : public Clock {
 
     /// Of participants that can run at the same time, the one with the smaller rank runs first.
     std::pair<std::uint64_t, std::uint64_t> rank;
+    std::string name;  // for use()
     /// As a thread of the CPUs, if there are some. It is set before it joins.
     CpuModel::Thread thread;
 
@@ -80,6 +82,22 @@ class ManualClock final : public Clock {
   /// "This took `duration`": inside a participant, the others run meanwhile; elsewhere the clock
   /// simply moves.
   void work(Nanoseconds duration);
+
+  /// What a thread has had of the CPUs.
+  struct Use {
+    std::string name;
+    Nanoseconds time{0};
+  };
+  /// Of all that take part, by rank.
+  std::vector<Use> use() const;
+  /// While it lives, work() of the calling thread takes no time: somebody else counts it.
+  class CountedElsewhere {
+   public:
+    CountedElsewhere() noexcept;
+    ~CountedElsewhere();
+    CountedElsewhere(const CountedElsewhere&) = delete;
+    CountedElsewhere& operator=(const CountedElsewhere&) = delete;
+  };
 
   // For wait back ends.
   void join(Participant& self);

@@ -8,6 +8,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/base/manual_clock.hpp"
 #include "takt/base/printable.hpp"
 #include "takt/containers/container_parts.hpp"
 #include "takt/containers/diagnostics.hpp"
@@ -95,8 +96,7 @@ Container::Container(const SystemDescription& description, const ContainerOverri
 
 Container::~Container() {
   end_components();
-  cancel();
-  executors_->join();
+  end_executors();
   for (const auto& loaded : loaded_components()) {
     loaded->node()->remove_listener(*first_callbacks_);
   }
@@ -261,8 +261,8 @@ void Container::start(std::function<void()> on_failure) {
   if (has_thread("main")) note(apply(thread("main"), description_.realtime).refused);
   for (const auto& running : *executors_) running->executor->release_timers(false);
   executors_->start(
-      description_.realtime, [this](const FailedCallback& failed) { return handle(failed); },
-      std::move(on_failure));
+      description_.realtime, *overrides_.clock,
+      [this](const FailedCallback& failed) { return handle(failed); }, std::move(on_failure));
   for (const auto& running : *executors_) {
     if (running->is_own) executors_->spin(*running);
   }
@@ -305,6 +305,13 @@ std::size_t Container::pending() const noexcept {
 // Waits until several polls in a row find nothing pending: one poll can miss a message that moves
 // from one executor to the next.
 bool Container::drain() {
+  if (overrides_.execution_model != nullptr) {
+    ManualClock& clock = *overrides_.clock->as_manual();
+    const TimePoint end = later(clock.now(), kDrainLimit);
+    for (clock.settle(); pending() != 0; clock.advance(std::chrono::milliseconds(1)))
+      if (clock.now() > end) return false;
+    return true;  // at once, as nothing happens between two instants
+  }
   const TimePoint limit = later(Clock::steady().now(), kDrainLimit);
   for (int quiet = 0; quiet < 5; ++quiet) {
     if (pending() != 0) quiet = -1;
@@ -312,6 +319,14 @@ bool Container::drain() {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   return true;
+}
+
+// Of a simulation, callbacks may be in the middle of their work.
+std::exception_ptr Container::end_executors() noexcept {
+  cancel();
+  if (overrides_.execution_model != nullptr)
+    overrides_.clock->as_manual()->advance(std::chrono::hours(1));
+  return executors_->join();
 }
 
 void Container::check_matches() {
@@ -403,10 +418,9 @@ void Container::stop() {
     note(fmt::format("messages were still in transit {} s after the last timer",
                      kDrainLimit.count()));
   }
-  bring_down_rest();
+  if (overrides_.execution_model == nullptr) bring_down_rest();
   end_components();
-  cancel();
-  const std::exception_ptr failure = executors_->join();
+  const std::exception_ptr failure = end_executors();
   look_at_bounds(/*is_over=*/true);
   // One that is being unloaded may complete and leave the list meanwhile.
   for (const auto& loaded : loaded_components()) complete(*loaded);

@@ -35,6 +35,7 @@
 namespace TAKT_PUBLIC takt {
 
 class Diagnostics;
+class ExecutionModel;
 struct RunningExecutor;
 class RunningExecutors;
 class RunningTrace;
@@ -75,6 +76,9 @@ struct ContainerOverrides {
   std::function<std::shared_ptr<Node>(const ComponentDescription&)> find_node;
   /// Nothing is going to run, so nothing is traced.
   bool only_constructs = false;
+  /// See ExecutorOptions: the container is a simulation, whose clock is a manual one with CPUs. It
+  /// asks the system for nothing, and moves the clock itself when it stops.
+  ExecutionModel* execution_model = nullptr;
   /// What a component calls to end the container, see NodeOptions.
   std::function<void()> end;
 };
@@ -266,6 +270,7 @@ class Container {
   void look_at_bounds(bool is_over = false);
   bool handle(const FailedCallback& failed);
   bool drain();
+  std::exception_ptr end_executors() noexcept;
   void begin_counting();
   void end_counting();
   void set_counted(ThreadStatistics& thread) const;

@@ -51,6 +51,7 @@ void Container::make_executor(const ExecutorDescription& executor) {
   options.slices = overrides_.slices;
   options.watchdog = watchdog_;
   options.clock = overrides_.clock;
+  options.execution_model = overrides_.execution_model;
   const std::size_t most = executors().traits(made.type).max_threads;
   for (const std::string& name : made.threads) {
     if (options.threads.size() < most) options.threads.push_back(thread(name));

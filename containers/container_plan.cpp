@@ -58,7 +58,9 @@ void Container::make_chains() {
       }
     }
   }
-  Plan plan = make_plan(find_chains(description_, nodes, errors_), nodes, placed);
+  Plan plan = make_plan(
+      find_chains(description_, nodes, errors_), nodes, placed,
+      overrides_.execution_model != nullptr ? description_.machine.cpus : available_cpus());
   for (const PlannedChain& chain : plan.chains) {
     try {
       chains_.push_back(Chain::create(chain.options, chain.path));

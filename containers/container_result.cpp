@@ -32,7 +32,8 @@ bool read_counters(int tid, ThreadStatistics& thread, int sign) {
 // The measured time is from release to hold, for the process and for each of its threads: an
 // executor spins before and after, and a share of a longer time is another one.
 void Container::begin_counting() {
-  released_ = Clock::steady().now();
+  released_ = overrides_.clock->now();
+  if (overrides_.execution_model != nullptr) return;
   std::error_code ended;
   for (const auto& task : std::filesystem::directory_iterator("/proc/self/task", ended)) {
     const int tid = std::atoi(task.path().filename().c_str());
@@ -42,7 +43,8 @@ void Container::begin_counting() {
 }
 
 void Container::end_counting() {
-  held_ = Clock::steady().now();
+  held_ = overrides_.clock->now();
+  if (overrides_.execution_model != nullptr) return;
   cpu_time_ = process_cpu_time() - cpu_time_;
   for (auto task = counted_.begin(); task != counted_.end();) {
     task = read_counters(task->first, task->second, 1) ? std::next(task) : counted_.erase(task);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "takt/base/manual_clock.hpp"
+
 namespace takt {
 
 std::string scheduler_of(const ExecutorDescription& made) {
@@ -22,9 +24,11 @@ RunningExecutor& RunningExecutors::named(const std::string& name) const {
                         [&](const auto& running) { return running->name == name; });
 }
 
-void RunningExecutors::start(Realtime realtime, ExceptionHandler handler,
+void RunningExecutors::start(Realtime realtime, Clock& clock, ExceptionHandler handler,
                              std::function<void()> on_failure) {
   const std::lock_guard lock(mutex_);
+  ManualClock* const manual = clock.as_manual();
+  simulation_ = manual != nullptr && manual->has_cpus() ? manual : nullptr;
   may_begin_ = true;
   realtime_ = realtime;
   handler_ = std::move(handler);
@@ -49,6 +53,10 @@ bool RunningExecutors::spin(RunningExecutor& running) {
   running.has_begun.store(true);  // not if there is no thread to be had: the next one may be
   while (!running.executor->is_spinning() && !running.has_ended.load()) {
     std::this_thread::sleep_for(std::chrono::microseconds(100));
+  }
+  if (simulation_ != nullptr && !running.has_ended.load()) {
+    participants_ += running.executor->thread_count();
+    simulation_->wait_for_participants(participants_);
   }
   return true;
 }

@@ -44,8 +44,10 @@ class RunningExecutors {
   RunningExecutor& named(const std::string& name) const;
 
   /// Executors may begin. An exception of a callback goes to the handler, and what ends an executor
-  /// to `on_failure`, on that executor's thread.
-  void start(Realtime realtime, ExceptionHandler handler, std::function<void()> on_failure);
+  /// to `on_failure`, on that executor's thread. If the clock has CPUs, each takes part in it
+  /// before the next one begins: their order is always the same.
+  void start(Realtime realtime, Clock& clock, ExceptionHandler handler,
+             std::function<void()> on_failure);
   /// Between start() and cancel(): unless it has begun before, waits until it spins, and returns
   /// true. Throws std::system_error if there is no thread to be had; then it has not begun.
   bool spin(RunningExecutor& running);
@@ -56,7 +58,9 @@ class RunningExecutors {
 
  private:
   std::vector<std::unique_ptr<RunningExecutor>> all_;
-  std::mutex mutex_;  // guards all below, and `thread` of each
+  std::mutex mutex_;              // guards all below, and `thread` of each
+  std::size_t participants_ = 0;  // of a simulation's clock
+  ManualClock* simulation_ = nullptr;
   bool may_begin_ = false;
   Realtime realtime_ = Realtime::prefer;
   ExceptionHandler handler_;

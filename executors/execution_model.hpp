@@ -16,7 +16,7 @@ class ExecutionModel {
  public:
   virtual ~ExecutionModel() = default;
   /// Instead of `entity.execute(slot)`, which it may call. If not, it calls `entity.discard(slot)`.
-  virtual void execute(Entity& entity, const Slot& slot) = 0;
+  virtual void execute(Entity& entity, Slot& slot) = 0;
 };
 
 }  // namespace takt

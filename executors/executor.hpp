@@ -305,6 +305,8 @@ class Executor {
   virtual std::vector<CallbackStatistics> statistics() const = 0;
   /// Of the last spin. Throws Error while it spins.
   virtual std::vector<ThreadStatistics> thread_statistics() const = 0;
+  /// How many threads spin has, the caller's included: under a manual clock, so many take part.
+  virtual std::size_t thread_count() const { return 1; }
   /// The kernel's numbers of the threads that run its callbacks now, in spin.
   virtual std::vector<int> running_threads() const { return {}; }
 

@@ -385,6 +385,14 @@ std::vector<ThreadStatistics> IsolatedExecutor::thread_statistics() const {
   return past_threads_.with(std::move(result));
 }
 
+// While it spins: one for each child, and the caller's, which waits.
+std::size_t IsolatedExecutor::thread_count() const {
+  const std::lock_guard lock(mutex_);
+  const auto running = std::count_if(children_.begin(), children_.end(),
+                                     [](const auto& child) { return child->runs.load(); });
+  return static_cast<std::size_t>(running) + 1;
+}
+
 std::vector<int> IsolatedExecutor::running_threads() const {
   std::vector<int> result;
   for (const auto& child : children()) {

@@ -56,6 +56,7 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   std::size_t pending() const noexcept override;
   std::vector<CallbackStatistics> statistics() const override;
   std::vector<ThreadStatistics> thread_statistics() const override;
+  std::size_t thread_count() const override;
   std::vector<int> running_threads() const override;
   void begin_trace(std::size_t events) override;
   void end_trace() noexcept override;

@@ -38,17 +38,19 @@ std::optional<Nanoseconds> handled_after(const CallbackParameters& parameters, N
 
 }  // namespace
 
-// What the file says comes first. A thread that wakes has been switched to, too.
-void ModelBuilder::set_overheads() {
-  const MachineDescription& machine = description_.machine;
-  analysis::Overheads& overheads = model_.system.overheads;
-  overheads = {.dispatch = machine.dispatch.count(),
-               .wake = machine.wake.count(),
-               .context_switch = machine.change.count()};
+analysis::Overheads overheads_of(const MachineDescription& machine, const MeasuredModel* measured) {
+  analysis::Overheads overheads{.dispatch = machine.dispatch.count(),
+                                .wake = machine.wake.count(),
+                                .context_switch = machine.change.count()};
   if (overheads.wake != 0) overheads.wake += overheads.context_switch;
-  if (measured_ == nullptr) return;
-  if (overheads.dispatch == 0) overheads.dispatch = measured_->dispatch_overhead.count();
-  if (overheads.wake == 0) overheads.wake = measured_->wake_overhead.count();
+  if (measured == nullptr) return overheads;
+  if (overheads.dispatch == 0) overheads.dispatch = measured->dispatch_overhead.count();
+  if (overheads.wake == 0) overheads.wake = measured->wake_overhead.count();
+  return overheads;
+}
+
+void ModelBuilder::set_overheads() {
+  model_.system.overheads = overheads_of(description_.machine, measured_);
 }
 
 void ModelBuilder::add_callbacks() {

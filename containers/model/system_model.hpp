@@ -125,6 +125,9 @@ struct SystemModel {
   std::vector<Assumption> assumptions;   // of all chains
 };
 
+/// What the file says comes first. A thread that wakes has been switched to, too.
+analysis::Overheads overheads_of(const MachineDescription& machine, const MeasuredModel* measured);
+
 /// Builds the model of the processes of a description. Execution times, in this order: the file's,
 /// its budgets, the measured ones, the component's. An executor that runs something
 /// of unknown length, and all that wait for it, have no bound, and the model says why.

@@ -206,7 +206,7 @@ std::vector<PlannedChain> find_chains(const SystemDescription& description,
 }
 
 Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_ptr<Node>>& nodes,
-               const std::vector<const CallbackGroup*>& placed) {
+               const std::vector<const CallbackGroup*>& placed, const std::vector<int>& cpus) {
   Plan plan;
   std::vector<picas::Callback> callbacks;
   std::vector<const CallbackGroup*> units;
@@ -242,8 +242,7 @@ Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_p
                                  static_cast<double>(callback.period.count());
     }
   }
-  const picas::Assignment assigned =
-      picas::assign(callbacks, paths, available_cpus(), kHighestPriority);
+  const picas::Assignment assigned = picas::assign(callbacks, paths, cpus, kHighestPriority);
   for (const auto& executor : assigned.executors) {
     plan.executors.push_back(executor_of(executor, chains[executor.chain].options.name));
   }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "takt/base/available_cpus.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 #include "takt/nodes/chain.hpp"
@@ -55,9 +56,10 @@ std::vector<PlannedChain> find_chains(const SystemDescription& description,
                                       std::vector<std::string>& errors);
 
 /// Makes the plan with picas::assign. Thread priorities start at 80 and decrease. `placed`: groups
-/// that have an executor already; a chain gets one only for others.
+/// that have an executor already; a chain gets one only for others. `cpus`: for its threads.
 Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_ptr<Node>>& nodes,
-               const std::vector<const CallbackGroup*>& placed = {});
+               const std::vector<const CallbackGroup*>& placed = {},
+               const std::vector<int>& cpus = available_cpus());
 
 }  // namespace takt
 

@@ -54,6 +54,7 @@ class DispatchingExecutor final : public Executor {
   std::vector<ThreadStatistics> thread_statistics() const override {
     return callbacks_.thread_statistics();
   }
+  std::size_t thread_count() const override { return running_.size(); }
   std::vector<int> running_threads() const override;
   void begin_trace(std::size_t events) override { callbacks_.begin_trace(events); }
   void end_trace() noexcept override { callbacks_.end_trace(); }

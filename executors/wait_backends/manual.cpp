@@ -40,6 +40,7 @@ ManualWaitBackend::ManualWaitBackend(ManualClock& clock, std::size_t workers)
 
 void ManualWaitBackend::enter(std::size_t worker, const ThreadAttributes& thread) noexcept {
   Worker& self = workers_[worker];
+  self.participant.name = thread.name;
   CpuModel::Thread& on_cpus = self.participant.thread;
   on_cpus.policy = policy_of(thread.policy);
   on_cpus.priority = thread.priority;

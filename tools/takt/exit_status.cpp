@@ -28,6 +28,7 @@ constexpr Row kTable[] = {
      "A callback threw; a process of the run is missing at the end; rights were refused; a node "
      "did not answer, or was not found; a goal was rejected; a recording lacks messages, as the "
      "disk was full; output could not be written; `analyze` found a chain without a guarantee, "
+     "`simulate` one that misses its deadline, "
      "`doctor` a `BAD` setting, `selftest` a `WRONG` figure."},
     {kBadUsage, "Its words or its files are wrong; it has done nothing.",
      "An unknown option; an invalid file; a file that cannot be opened."},

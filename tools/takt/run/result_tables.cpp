@@ -133,6 +133,7 @@ void print_threads(const Run& run) {
 }
 
 void print_processes(const Run& run) {
+  if (run.processes.empty()) return;  // of a simulation
   Table table({"process", "seconds", "cpu_%", "pss_MB", "allocations", "in_dds"});
   for (const Run::Process& row : run.processes) {
     table.add({row.name, fmt::format("{:.2f}", run.duration_s),

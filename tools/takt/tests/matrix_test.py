@@ -95,7 +95,7 @@ RUNS = [("run", TWO), ("bag", "record", "/flood", "-o", work / "flood.mcap"), ("
 # They leave signals to the kernel, and wait for nobody but the reader of their output.
 LOCAL = [("analyze", ROBOT), ("bag", "info", "none"), ("check", ROBOT), ("component", "types"), ("doctor",), ("help",),
          ("interface", "show", "std_msgs/msg/String"), ("list",), ("model", "none", "-o", work / "model"), ("new", work / "project"),
-         ("plan", ROBOT), ("random", "1"), ("reference", "config"), ("ros2", "prefix"), ("rta", "edf")]
+         ("plan", ROBOT), ("random", "1"), ("reference", "config"), ("ros2", "prefix"), ("rta", "edf"), ("simulate", ROBOT)]
 # A command that waits in the same function as one above.
 AS = {"action type": "action list", "action info": "action list", "bag play": "bag record", "bench": "compare", "callback set": "param get",
       "component unload": "component load", "lifecycle nodes": "lifecycle list", "lifecycle get": "param get",

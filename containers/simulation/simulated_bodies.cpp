@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/simulation/simulated_bodies.hpp"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+#include "takt/containers/component.hpp"
+#include "takt/entities/staged_outputs.hpp"
+#include "takt/entities/subscription.hpp"
+#include "takt/entities/task_runner.hpp"
+
+namespace takt {
+namespace {
+
+const SubscriptionBase* subscription_of(const Entity& entity) {
+  return dynamic_cast<const SubscriptionBase*>(&entity);
+}
+
+[[noreturn]] void refuse_body(const std::string& callback, const std::string& why) {
+  throw Error(fmt::format("'{}' cannot be simulated: {}", callback, why),
+              "the code of its component does not run in a simulation; simulate takt::Workload "
+              "in its place");
+}
+
+}  // namespace
+
+StandInPublisher::StandInPublisher(Endpoint endpoint, Clock& clock)
+    : writer_(std::move(endpoint), clock) {
+  const MessageType& type = *writer_.endpoint().type;
+  if (type.encode_defaults == nullptr) {
+    throw Error(fmt::format("nothing can be sent on '{}' in a simulation: type '{}' has no message "
+                            "of default values",
+                            writer_.endpoint().topic, type.name),
+                "use a type that TAKT_MESSAGE or a message package describes");
+  }
+  type.encode_defaults(bytes_);
+}
+
+void StandInPublisher::publish() {
+  auto made = std::make_unique<ReceivedBlock>();
+  made->from_heap = true;
+  made->hold_bytes(bytes_.bytes());
+  MessageBlock& block = *made.release();
+  const Dispatch* const dispatch = Dispatch::current();
+  if (dispatch != nullptr) {
+    block.envelope.chain_instance = dispatch->chain_instance;
+    block.envelope.root_release = dispatch->root_release;
+    block.envelope.path = dispatch->path;
+    if (dispatch->outputs != nullptr) return dispatch->outputs->add(writer_, nullptr, block);
+  }
+  writer_.write(block, writer_.stamp());
+}
+
+StandInPublisher& SimulatedBodies::publisher_for(const Entity& subscription) {
+  auto& publisher = publishers_[{nullptr, subscription.topic()}];
+  if (publisher == nullptr) {
+    const Endpoint& to = subscription_of(subscription)->endpoint();
+    publisher =
+        std::make_unique<StandInPublisher>(Endpoint{to.topic, to.type, to.qos, "", {}}, clock_);
+  }
+  return *publisher;
+}
+
+// ---- Before it runs ----
+
+void SimulatedBodies::set_up(const ModelledProcess& process, const SystemModel& model) {
+  for (std::size_t i = 0; i < process.callbacks.size(); ++i) {
+    const ModelledProcess::Callback& from = process.callbacks[i];
+    Callback callback = described(from, model, i);
+    if (!callback.runs) add_outputs(process, model, i, callback);
+    callbacks_.emplace(from.entity.get(), std::move(callback));
+  }
+}
+
+SimulatedBodies::Callback SimulatedBodies::described(const ModelledProcess::Callback& callback,
+                                                     const SystemModel& model,
+                                                     std::size_t index) const {
+  const analysis::Callback& numbers = model.system.callbacks[index];
+  const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callback.node.get());
+  const auto said =
+      component != nullptr ? component->execution_time(callback.entity->name()) : std::nullopt;
+  const Provenance provenance = model.callbacks[index].execution;
+  Callback result{.name = numbers.name,
+                  .least = Nanoseconds(numbers.least_execution),
+                  .longest = Nanoseconds(numbers.execution),
+                  .besides = Nanoseconds(model.system.overheads.dispatch),
+                  .is_known = provenance != Provenance::unknown,
+                  .runs = component != nullptr,
+                  .says_itself = said && provenance == Provenance::exact,
+                  .sent = {}};
+  if (result.says_itself) result.besides += result.longest - *said;
+  if (result.runs) return result;
+  const CallbackParameters parameters = callback.parameters();
+  if (parameters.on_deadline_miss != nullptr || parameters.on_overrun != nullptr)
+    refuse_body(numbers.name, "its code has a handler of missed deadlines or overruns");
+  if (dynamic_cast<const TaskRunner*>(callback.entity.get()) != nullptr)
+    refuse_body(numbers.name, "it is a coroutine");
+  return result;
+}
+
+// By the model: which of the node's topics it sends to, and how often.
+void SimulatedBodies::add_outputs(const ModelledProcess& process, const SystemModel& model,
+                                  std::size_t index, Callback& callback) {
+  const Node* const node = process.callbacks[index].node.get();
+  const auto reads = [&](std::size_t to, const std::string& topic) {
+    return process.callbacks[to].entity->topic() == topic;
+  };
+  std::map<std::string, Sent> by_topic;
+  for (const analysis::Output& output : model.system.callbacks[index].outputs) {
+    const Entity& to = *process.callbacks[output.to].entity;
+    if (to.kind() != EntityKind::subscription) {
+      refuse_body(callback.name, fmt::format("it calls or answers '{}', a service",
+                                             model.system.callbacks[output.to].name));
+    }
+    auto& publisher = publishers_[{node, to.topic()}];
+    if (publisher == nullptr) {
+      const auto publishing = node->publishing_callbacks(to.topic());
+      const Endpoint& end = subscription_of(to)->endpoint();
+      publisher =
+          std::make_unique<StandInPublisher>(Endpoint{end.topic,
+                                                      end.type,
+                                                      publishing && !publishing->publishers.empty()
+                                                          ? publishing->publishers.front().qos
+                                                          : end.qos,
+                                                      node->fully_qualified_name(),
+                                                      {}},
+                                             clock_);
+    }
+    Sent& sent = by_topic[to.topic()];
+    sent.publisher = publisher.get();
+    if (!output.waits) {
+      sent.messages = std::max<std::int64_t>(sent.messages, output.messages);
+      continue;
+    }
+    // Its place among the inputs of the join, which are callbacks of the same node.
+    std::vector<std::size_t> inputs;
+    for (std::size_t from = 0; from < process.callbacks.size(); ++from) {
+      const auto& outputs = model.system.callbacks[from].outputs;
+      if (process.callbacks[from].node.get() == node &&
+          std::any_of(outputs.begin(), outputs.end(), [&](const auto& other) {
+            return other.waits && reads(other.to, to.topic());
+          }))
+        inputs.push_back(from);
+    }
+    auto& join = joins_[{node, to.topic()}];
+    if (join == nullptr) {
+      join = std::make_unique<Join>(
+          Join{std::vector<bool>(inputs.size()), std::make_unique<ChainJoin>(inputs.size())});
+    }
+    sent.join = join.get();
+    sent.input =
+        static_cast<std::size_t>(std::find(inputs.begin(), inputs.end(), index) - inputs.begin());
+  }
+  for (const auto& [topic, sent] : by_topic) callback.sent.push_back(sent);
+}
+
+// ---- While it runs ----
+
+Nanoseconds SimulatedBodies::time_of(const Callback& callback) {
+  if (callback.says_itself) return callback.besides;
+  const Nanoseconds span = callback.longest - callback.least;
+  const Nanoseconds time =
+      draws_ ? callback.least + Nanoseconds(random_.below(span.count() + 1)) : callback.longest;
+  return time + callback.besides;
+}
+
+void SimulatedBodies::execute(Entity& entity, Slot& slot) {
+  ++executions_;
+  const auto found = callbacks_.find(&entity);
+  if (found == callbacks_.end()) return entity.execute(slot);  // of Takt itself
+  const Callback& callback = found->second;
+  if (!callback.is_known && unknown_.empty()) unknown_ = callback.name;
+  if (const Nanoseconds time = time_of(callback); time != Nanoseconds::zero()) clock_.work(time);
+  if (callback.says_itself) return entity.execute(slot);
+  if (callback.runs) {
+    const ManualClock::CountedElsewhere counted;
+    return entity.execute(slot);
+  }
+  entity.discard(slot);
+  for (const Sent& sent : callback.sent) {
+    if (Join* const join = sent.join; join != nullptr) {
+      join->has_come[sent.input] = true;
+      join->chains->received(sent.input);
+      if (std::find(join->has_come.begin(), join->has_come.end(), false) != join->has_come.end())
+        continue;
+      join->has_come.assign(join->has_come.size(), false);
+      join->chains->combine();
+    }
+    for (std::int64_t i = 0; i < sent.messages; ++i) sent.publisher->publish();
+  }
+}
+
+}  // namespace takt

@@ -1,0 +1,106 @@
+// What callbacks do in a simulation: they take their time, and send.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_SIMULATION_SIMULATED_BODIES_HPP_
+#define TAKT_CONTAINERS_SIMULATION_SIMULATED_BODIES_HPP_
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <random>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "takt/base/manual_clock.hpp"
+#include "takt/containers/model/system_model.hpp"
+#include "takt/executors/execution_model.hpp"
+#include "takt/messages/cdr.hpp"
+#include "takt/nodes/chain_join.hpp"
+#include "takt/transport/intra_process.hpp"
+
+namespace takt {
+
+/// Numbers from 0 to below `count`, the same on every machine.
+class Draws {
+ public:
+  explicit Draws(std::uint64_t seed) : random_(seed) {}
+  std::int64_t below(std::int64_t count) {
+    return static_cast<std::int64_t>(random_() % static_cast<std::uint64_t>(count));
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+/// Sends messages whose fields nobody has set, for a node whose own code does not run.
+/// Thread safety: one thread at a time. Real-time: no.
+class StandInPublisher {
+ public:
+  /// Throws Error if there is no such message.
+  StandInPublisher(Endpoint endpoint, Clock& clock);
+  /// In a callback's place, or from outside.
+  void publish();
+
+ private:
+  IntraProcessWriter writer_;
+  ByteBuffer bytes_;
+};
+
+/// Bodies of components that say how long they run (takt::Workload) run; the others are skipped,
+/// and what they would publish is sent for them.
+/// Thread safety: as ExecutionModel. Real-time: no.
+class SimulatedBodies final : public ExecutionModel {
+ public:
+  SimulatedBodies(ManualClock& clock, bool draws, std::uint64_t seed)
+      : clock_(clock), draws_(draws), random_(seed) {}
+
+  /// Of the callbacks of the process, in the order of the model. Throws Error for what it cannot
+  /// stand in for.
+  void set_up(const ModelledProcess& process, const SystemModel& model);
+  void execute(Entity& entity, Slot& slot) override;
+
+  std::uint64_t executions() const noexcept { return executions_; }
+  /// The first callback that ran without a known time; empty: none.
+  const std::string& unknown() const noexcept { return unknown_; }
+  /// A publisher on the topic of the subscription.
+  StandInPublisher& publisher_for(const Entity& subscription);
+
+ private:
+  struct Join {
+    std::vector<bool> has_come;
+    std::unique_ptr<ChainJoin> chains;
+  };
+  struct Sent {
+    StandInPublisher* publisher = nullptr;
+    std::int64_t messages = 1;
+    Join* join = nullptr;  // whose input it is
+    std::size_t input = 0;
+  };
+  struct Callback {
+    std::string name;
+    Nanoseconds least{0}, longest{0};  // in all, but for what the body says itself
+    Nanoseconds besides{0};            // dispatch, and what sending costs
+    bool is_known = false, runs = false, says_itself = false;
+    std::vector<Sent> sent;
+  };
+
+  Callback described(const ModelledProcess::Callback& callback, const SystemModel& model,
+                     std::size_t index) const;
+  void add_outputs(const ModelledProcess& process, const SystemModel& model, std::size_t index,
+                   Callback& callback);
+  Nanoseconds time_of(const Callback& callback);
+
+  ManualClock& clock_;
+  const bool draws_;
+  Draws random_;
+  std::unordered_map<const Entity*, Callback> callbacks_;
+  std::map<std::pair<const Node*, std::string>, std::unique_ptr<StandInPublisher>> publishers_;
+  std::map<std::pair<const Node*, std::string>, std::unique_ptr<Join>> joins_;
+  std::uint64_t executions_ = 0;
+  std::string unknown_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_SIMULATION_SIMULATED_BODIES_HPP_

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/simulation/simulation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "takt/base/available_cpus.hpp"
+#include "takt/base/manual_clock.hpp"
+#include "takt/containers/simulation/arrivals.hpp"
+#include "takt/containers/simulation/simulated_bodies.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
+
+namespace takt {
+namespace {
+
+constexpr TimePoint kBegin{std::chrono::seconds(1)};
+constexpr Nanoseconds kUsualRtRuntime = std::chrono::milliseconds(950);
+
+[[noreturn]] void refuse(const SystemDescription& system, const std::string& what,
+                         const std::string& instead, const SourceLine& where = {}) {
+  throw Error(fmt::format("cannot simulate {}", what), instead,
+              where.empty() ? system.file : where);
+}
+
+bool is_of_container(const std::string& thread) {
+  constexpr std::array kNames{"main",     "log",       "watchdog", "container",
+                              "requests", "lifecycle", "loader",   "lttng"};
+  return std::find(kNames.begin(), kNames.end(), thread) != kNames.end();
+}
+
+}  // namespace
+
+// ---- What is simulated ----
+
+Simulation::Simulation(SystemDescription system, SimulationOptions options)
+    : system_(std::move(system)), options_(std::move(options)) {
+  const std::vector<SystemDescription> processes = split(system_, Composition::file);
+  if (processes.size() != 1) {
+    refuse(system_,
+           fmt::format("{} processes: messages between them are not modelled", processes.size()),
+           "give the components one container, or simulate each container's file");
+  }
+  system_ = processes.front();
+  refuse_what_differs();
+  take_machine();
+  leave_out_surroundings();
+  modelled_ = system_;
+  modelled_.machine.speed.clear();
+}
+
+void Simulation::refuse_what_differs() {
+  for (const ExecutorDescription& executor : system_.executors) {
+    if (!executor.library.empty()) {
+      refuse(system_,
+             fmt::format("executor '{}', of a library: it may sleep by itself", executor.name),
+             "choose one of Takt's", executor.where);
+    }
+    if (executor.spin != Nanoseconds::zero() || executor.early_wake != Nanoseconds::zero()) {
+      refuse(system_, fmt::format("`spin` and `early_wake` of executor '{}'", executor.name),
+             "leave them out: what comes meanwhile then pays `overheads: wake`", executor.where);
+    }
+  }
+  for (ComponentDescription& component : system_.components) {
+    component.on_exception = OnException::terminate;
+    const auto sim_time = component.parameters.find(kUseSimTime);
+    if (sim_time == component.parameters.end() || sim_time->second != ParameterValue(true))
+      continue;
+    refuse(system_, fmt::format("{}, which follows /clock (`use_sim_time`)", noun_of(component)),
+           "leave that out: the clock is simulated anyway", component.where);
+  }
+}
+
+// Its CPUs, and what its threads get of them: nothing is taken from this machine, unless the file
+// leaves its CPUs to it.
+void Simulation::take_machine() {
+  const bool has_rights = system_.realtime != Realtime::off;
+  if (!has_rights) notes_.emplace_back("`realtime: off`: all threads are SCHED_OTHER");
+  std::set<int> named;
+  bool are_named = !system_.executors.empty();
+  for (ThreadDescription& thread : system_.threads) {
+    ThreadAttributes& attributes = thread.attributes;
+    if (!has_rights) attributes = {.name = attributes.name, .affinity = attributes.affinity};
+    named.insert(attributes.affinity.begin(), attributes.affinity.end());
+    are_named = are_named && !attributes.affinity.empty();
+  }
+  for (const ExecutorDescription& executor : system_.executors)
+    are_named = are_named && !executor.threads.empty();
+  std::vector<int>& cpus = system_.machine.cpus;
+  if (cpus.empty()) {
+    if (are_named) {
+      cpus.assign(named.begin(), named.end());
+    } else {
+      cpus = available_cpus();
+      notes_.push_back(
+          fmt::format("simulated on the CPUs of this machine, {}; `machine: cpus` "
+                      "says others",
+                      fmt::join(cpus, ", ")));
+    }
+  }
+  for (const ThreadDescription& thread : system_.threads) {
+    for (const int cpu : thread.attributes.affinity) {
+      if (std::find(cpus.begin(), cpus.end(), cpu) != cpus.end()) continue;
+      refuse(system_,
+             fmt::format("thread '{}' on CPU {}: the machine has the CPUs {}",
+                         thread.attributes.name, cpu, fmt::join(cpus, ", ")),
+             "correct its affinity, or `machine: cpus`", thread.where);
+    }
+  }
+}
+
+void Simulation::leave_out_surroundings() {
+  if (system_.lifecycle) {
+    for (const auto& node : system_.lifecycle->bring_up) bring_up_.push_back(node.name);
+    notes_.emplace_back("lifecycle nodes are active from the start, and stay so");
+  }
+  if (system_.dds) notes_.emplace_back("nothing comes from other processes but by `arrival`");
+  system_.lifecycle.reset();
+  system_.dds.reset();
+  system_.restarts.clear();
+  system_.is_split_off = true;
+  system_.lock_memory = false;
+  system_.cpu_dma_latency_us.reset();
+  system_.watches_bounds = false;
+  system_.must_match.clear();
+  system_.realtime = Realtime::off;  // of this machine nothing is asked
+  std::set<std::string> used;
+  for (ExecutorDescription& executor : system_.executors) {
+    used.insert(executor.threads.begin(), executor.threads.end());
+    executor.wait = "auto";
+  }
+  std::erase_if(system_.threads, [&](const ThreadDescription& thread) {
+    return is_of_container(thread.attributes.name) && !used.contains(thread.attributes.name);
+  });
+}
+
+// ---- A run ----
+
+namespace {
+
+// Facts without a number, see takt reference guarantees.
+void add_what_is_not_covered(const SystemModel& model, std::vector<std::string>& notes) {
+  std::set<std::string> texts;
+  const auto add = [&](const std::vector<Assumption>& assumptions) {
+    for (const Assumption& each : assumptions) {
+      if (each.state == Assumption::State::not_covered) texts.insert(each.text);
+    }
+  };
+  add(model.assumptions);
+  for (const SystemModel::Chain& chain : model.chains) add(chain.assumptions);
+  for (const std::string& text : texts) notes.push_back("not simulated: " + text);
+}
+
+/// What comes from outside to a callback.
+struct Source {
+  Arrivals arrivals;
+  std::function<void()> arrive;
+};
+
+CpuModel::Options machine_of(const SystemDescription& system, const MeasuredModel* measured) {
+  const MachineDescription& machine = system.machine;
+  const analysis::Overheads overheads = overheads_of(machine, measured);
+  const Nanoseconds granted = machine.rt_runtime.value_or(kUsualRtRuntime);
+  CpuModel::Options options{
+      .cpus = {},
+      .change = Nanoseconds(overheads.context_switch),
+      .wake = Nanoseconds(overheads.wake),
+      .realtime = granted < std::chrono::seconds(1) ? std::optional(granted) : std::nullopt};
+  for (const int cpu : machine.cpus) {
+    const auto speed = machine.speed.find(cpu);
+    options.cpus.push_back(
+        {.number = cpu, .speed = speed != machine.speed.end() ? speed->second : 1});
+  }
+  return options;
+}
+
+/// Their first releases, after all threads are there: what is due before depends on when they come.
+void set_phases(const ModelledProcess& process, const Scenario& scenario, Draws& draws) {
+  for (const ModelledProcess::Callback& callback : process.callbacks) {
+    auto* const timer = dynamic_cast<Timer*>(callback.entity.get());
+    if (timer == nullptr || timer->is_canceled()) continue;
+    const bool is_drawn = scenario.phases == Scenario::Phases::random;
+    const Nanoseconds phase(is_drawn ? draws.below(timer->period().count()) : 0);
+    timer->release_at(later(kBegin, phase + Nanoseconds(1)));
+  }
+}
+
+std::vector<Source> sources_of(const ModelledProcess& process, const SystemModel& model,
+                               const Scenario& scenario, SimulatedBodies& bodies, Draws& draws) {
+  std::vector<Source> sources;
+  for (std::size_t i = 0; i < process.callbacks.size(); ++i) {
+    const analysis::Callback& callback = model.system.callbacks[i];
+    if (callback.is_timer || !callback.arrivals) continue;
+    Entity& entity = *process.callbacks[i].entity;
+    std::function<void()> arrive;
+    if (entity.kind() == EntityKind::subscription) {
+      arrive = [publisher = &bodies.publisher_for(entity)] { publisher->publish(); };
+    } else if (auto* const condition = dynamic_cast<GuardCondition*>(&entity)) {
+      arrive = [condition] { condition->trigger(); };
+    } else {
+      throw Error(fmt::format("cannot simulate the `arrival` of '{}', which is no subscription and "
+                              "no guard condition",
+                              callback.name),
+                  "leave it out, and let a timer stand for it");
+    }
+    const bool is_drawn = scenario.phases == Scenario::Phases::random;
+    const Nanoseconds first(
+        is_drawn ? draws.below(std::max<analysis::Time>(1, callback.arrivals->least_distance(2)))
+                 : 0);
+    sources.push_back(
+        {Arrivals(*callback.arrivals, later(kBegin, first + Nanoseconds(1))), std::move(arrive)});
+  }
+  return sources;
+}
+
+/// Until the end. What comes from outside comes after all else at that instant.
+void advance(ManualClock& clock, TimePoint end, std::vector<Source>& sources,
+             const std::function<void()>& check) {
+  while (clock.now() < end) {
+    Source* first = nullptr;
+    TimePoint time = std::min(end, later(clock.now(), std::chrono::seconds(1)));  // to check
+    for (Source& source : sources) {
+      if (source.arrivals.next() > time || (first != nullptr && source.arrivals.next() == time))
+        continue;
+      first = &source;
+      time = source.arrivals.next();
+    }
+    clock.advance(time - clock.now());
+    if (first != nullptr) {
+      first->arrive();
+      first->arrivals.take();
+      clock.settle();
+    }
+    check();
+  }
+}
+
+/// What threads have asked for is what they have; the machine that simulates shows nowhere.
+void set_virtual(ProcessResult& result, std::vector<ManualClock::Use> use, Nanoseconds duration) {
+  int number = 0;
+  Nanoseconds all{0};
+  bool are_realtime = true;
+  for (ProcessResult::Thread& thread : result.threads) {
+    ThreadStatistics& statistics = thread.statistics;
+    const ThreadAttributes& asked = statistics.asked;
+    are_realtime = are_realtime && is_realtime(asked.policy);
+    statistics.in_force = {.name = asked.name,
+                           .tid = ++number,
+                           .policy = asked.policy,
+                           .priority = asked.priority,
+                           .nice = asked.nice,
+                           .affinity = asked.affinity,
+                           .runtime = asked.runtime,
+                           .deadline = asked.deadline,
+                           .period = asked.period,
+                           .refused = {}};
+    statistics.counters = {};
+    statistics.spin_time = {};
+    statistics.wall_time = duration;
+    const auto found =
+        std::find_if(use.begin(), use.end(), [&](const auto& of) { return of.name == asked.name; });
+    statistics.cpu_time = found != use.end() ? found->time : Nanoseconds::zero();
+    if (found != use.end()) use.erase(found);
+    all += statistics.cpu_time;
+    for (NamedTraceEvent& event : statistics.trace) {
+      event.cpu_time = {};
+      event.has_waited = false;
+    }
+  }
+  result.cpu_percent =
+      100.0 * static_cast<double>(all.count()) / static_cast<double>(duration.count());
+  result.allocations_counted = false;
+  if (are_realtime) return;
+  result.notes.emplace_back(
+      "the order of threads that are not real-time ones is a model: turns of 3 ms");
+}
+
+}  // namespace
+
+SimulatedRun Simulation::run(const Scenario& scenario) const {
+  const MeasuredModel* const measured = options_.measured ? &*options_.measured : nullptr;
+  ManualClock clock(kBegin, machine_of(system_, measured));
+  SimulatedBodies bodies(clock, scenario.times == Scenario::Times::drawn, 2 * scenario.seed);
+  Draws draws(2 * scenario.seed + 1);
+  ContainerOverrides overrides = options_.overrides;
+  overrides.clock = &clock;
+  overrides.execution_model = &bodies;
+  overrides.only_constructs = true;  // nothing of it is traced
+  std::vector<Source> sources;
+  Container container(system_, overrides);
+  const ModelledProcess process = container.modelled();
+  const SystemModel model =
+      make_system_model(modelled_, container.plan().chains, {&process, 1}, measured);
+  bodies.set_up(process, model);
+  bring_up(process);
+  container.start();
+  set_phases(process, scenario, draws);
+  sources = sources_of(process, model, scenario, bodies, draws);
+  container.release();
+  const TimePoint end = later(kBegin, options_.duration);
+  advance(clock, end, sources, [&] {
+    if (bodies.unknown().empty()) return;
+    throw Error(
+        fmt::format("cannot simulate '{}': its execution time is not known", bodies.unknown()),
+        "declare it (`execution`), or measure it (`takt model`)", system_.file);
+  });
+  const std::vector<ManualClock::Use> use = clock.use();
+  container.hold();
+  container.stop();
+  SimulatedRun run{.result = container.result(), .executions = bodies.executions()};
+  set_virtual(run.result, use, options_.duration);
+  add_what_is_not_covered(model, run.result.notes);
+  return run;
+}
+
+// Those that a manager would; in its order.
+void Simulation::bring_up(const ModelledProcess& process) const {
+  for (const std::string& name : bring_up_) {
+    for (const ModelledProcess::Member& member : process.nodes) {
+      auto* const node = dynamic_cast<LifecycleNode*>(member.node.get());
+      if (node == nullptr || node->fully_qualified_name() != name) continue;
+      node->configure();
+      node->activate();
+      if (node->get_current_state() == LifecycleState::active) continue;
+      throw Error(fmt::format("cannot simulate '{}': it does not become active", name),
+                  "see what its on_configure and on_activate return", system_.file);
+    }
+  }
+}
+
+}  // namespace takt

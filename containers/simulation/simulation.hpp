@@ -1,0 +1,69 @@
+// A system of one process under a virtual clock, on virtual CPUs.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_SIMULATION_SIMULATION_HPP_
+#define TAKT_CONTAINERS_SIMULATION_SIMULATION_HPP_
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "takt/base/visibility.hpp"
+#include "takt/containers/container.hpp"
+
+namespace TAKT_INTERNAL takt {
+
+struct SimulationOptions {
+  ContainerOverrides overrides;  // executor, placement, scheduler, trace_events
+  std::optional<MeasuredModel> measured;
+  Nanoseconds duration = std::chrono::seconds(10);
+};
+
+/// What differs from run to run.
+struct Scenario {
+  enum class Phases { equal, random };  // first releases: all at once, or at any time
+  enum class Times { worst, drawn };    // of executions: the longest, or any
+  std::uint64_t seed = 1;
+  Phases phases = Phases::equal;
+  Times times = Times::worst;
+};
+
+struct SimulatedRun {
+  ProcessResult result;  // as of a container; threads have what they asked for
+  std::uint64_t executions = 0;
+};
+
+/// Runs the executors, schedulers and callback groups of a description themselves. Their threads
+/// are real ones, of which one runs at a time; nothing depends on the machine. Each callback takes
+/// the time that its model says. The code of components runs only when they are made; but that of
+/// components that say how long they run, such as takt::Workload, does.
+/// Thread safety: none; one in a process at a time.
+/// Real-time: no.
+class Simulation {
+ public:
+  /// Throws Error for what cannot be simulated.
+  Simulation(SystemDescription system, SimulationOptions options);
+
+  /// The same for the same scenario. Throws Error, also for what is seen only now.
+  SimulatedRun run(const Scenario& scenario) const;
+  /// What it leaves out, for people.
+  const std::vector<std::string>& notes() const noexcept { return notes_; }
+  const SystemDescription& system() const noexcept { return system_; }
+
+ private:
+  void refuse_what_differs();
+  void take_machine();
+  void leave_out_surroundings();
+  void bring_up(const ModelledProcess& process) const;
+
+  SystemDescription system_;    // what is made
+  SystemDescription modelled_;  // of which the numbers are: of CPUs of speed 1
+  SimulationOptions options_;
+  std::vector<std::string> bring_up_;  // lifecycle nodes
+  std::vector<std::string> notes_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_SIMULATION_SIMULATION_HPP_

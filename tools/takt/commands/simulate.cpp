@@ -1,0 +1,297 @@
+// takt simulate: a system under a virtual clock, on virtual CPUs.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sched.h>
+
+#include "takt/base/available_cpus.hpp"
+#include "takt/base/counted.hpp"
+#include "takt/base/fields.hpp"
+#include "takt/base/time.hpp"
+#include "takt/base/version.hpp"
+#include "takt/containers/simulation/simulation.hpp"
+#include "takt/executors/figures.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/measuring/run.hpp"
+
+#include "commands.hpp"
+#include "exit_status.hpp"
+#include "outputs.hpp"
+#include "prompt/values.hpp"
+#include "run/live_line.hpp"
+#include "run/result_json.hpp"
+#include "run/result_tables.hpp"
+#include "run/trace.hpp"
+#include "table.hpp"
+
+namespace takt::tools::simulate_command {
+namespace {
+
+using nlohmann::json;
+using Phases = Scenario::Phases;
+using Times = Scenario::Times;
+
+struct Options {
+  std::string file, model, executor, placement = "file", scheduler, duration = "10s", phases, times,
+                                     trace, json;
+  std::vector<std::string> settings;
+  std::uint64_t seed = 1, runs = 1;
+  bool histograms = false;
+};
+
+Settings settings_of(const Options& options) {
+  Settings result;
+  for (const std::string& text : options.settings) {
+    const std::size_t equals = text.find('=');
+    if (equals == 0 || equals == text.npos) {
+      throw Error(fmt::format("--set '{}' is no KEY=VALUE", text),
+                  "write threads.control.priority=70");
+    }
+    result.push_back({text.substr(0, equals), text.substr(equals + 1)});
+  }
+  return result;
+}
+
+/// The first run is the one in which everything comes at once and takes longest; the others look
+/// elsewhere, unless the options say where.
+Scenario scenario_of(const Options& options, std::uint64_t run) {
+  Scenario scenario{.seed = options.seed + run};
+  if (run != 0) scenario.phases = Phases::random;
+  if (run % 2 == 1) scenario.times = Times::drawn;
+  if (!options.phases.empty())
+    scenario.phases = options.phases == "equal" ? Phases::equal : Phases::random;
+  if (!options.times.empty())
+    scenario.times = options.times == "worst" ? Times::worst : Times::drawn;
+  return scenario;
+}
+
+std::string word_of(Phases phases) {
+  return phases == Phases::equal ? "equal" : "random";
+}
+std::string word_of(Times times) {
+  return times == Times::worst ? "worst" : "drawn";
+}
+
+struct Simulated {
+  rt::Run run;
+  Scenario scenario;
+};
+
+/// All of them as one, as if they had come one after the other.
+rt::Run merged(const std::vector<Simulated>& all) {
+  rt::Run sum = all.front().run;
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    const rt::Run& more = all[i].run;
+    for (std::size_t row = 0; row < sum.callbacks.size(); ++row)
+      merge(sum.callbacks[row].statistics, more.callbacks.at(row).statistics);
+    for (std::size_t row = 0; row < sum.chains.size(); ++row)
+      merge(sum.chains[row].statistics, more.chains.at(row).statistics);
+    sum.duration_s += more.duration_s;
+  }
+  return sum;
+}
+
+/// The run in which the chain took longest.
+const Simulated& worst_of(const std::vector<Simulated>& all, std::size_t chain) {
+  return *std::max_element(all.begin(), all.end(), [chain](const auto& a, const auto& b) {
+    return a.run.chains[chain].statistics.latency.max() <
+           b.run.chains[chain].statistics.latency.max();
+  });
+}
+
+void print_scenarios(const std::vector<Simulated>& all) {
+  if (all.front().run.chains.empty()) return;
+  Table table({"chain", "max", "of deadline", "in the run with"});
+  for (std::size_t i = 0; i < all.front().run.chains.size(); ++i) {
+    const auto& [run, scenario] = worst_of(all, i);
+    const rt::Run::Chain& chain = run.chains[i];
+    const Nanoseconds longest = chain.statistics.latency.max();
+    const auto deadline = static_cast<double>(chain.deadline.count());
+    const bool has_one = chain.deadline != Nanoseconds::zero();
+    table.add({chain.name, chain.statistics.instances == 0 ? "-" : microseconds(longest),
+               has_one
+                   ? fmt::format("{:.0f} %", 100 * static_cast<double>(longest.count()) / deadline)
+                   : "-",
+               fmt::format("--seed {} --phases {} --times {}", scenario.seed,
+                           word_of(scenario.phases), word_of(scenario.times))});
+  }
+  table.print("the longest that each chain took (simulated; in µs)");
+}
+
+/// The run in which a chain came closest to its deadline; the first one if there are no chains.
+Scenario worst_scenario(const std::vector<Simulated>& all) {
+  Scenario result = all.front().scenario;
+  double worst = -1;
+  for (std::size_t i = 0; i < all.front().run.chains.size(); ++i) {
+    const auto& [run, scenario] = worst_of(all, i);
+    const rt::Run::Chain& chain = run.chains[i];
+    const auto limit = std::max<Nanoseconds>(chain.deadline, Nanoseconds(1));
+    const double part = static_cast<double>(chain.statistics.latency.max().count()) /
+                        static_cast<double>(limit.count());
+    if (part > worst) std::tie(worst, result) = std::pair(part, scenario);
+  }
+  return result;
+}
+
+/// A new simulation, as the threads of this one recorded nothing; it does the same.
+void write_worst_trace(const Simulation& simulation, const Scenario& scenario,
+                       const Options& options) {
+  rt::Run run = rt::run_of(simulation.run(scenario).result);
+  run.file = options.file;
+  if (!run.trace) run.trace.emplace();
+  TraceFrame frame;
+  frame.end = kNever;
+  Trace trace = make_trace(
+      run, false, [](const rt::Run::Traced&) { return false; }, frame);
+  trace.about["machine"] = "simulated";
+  write_trace(trace, options.trace);
+}
+
+json document_of(const std::vector<Simulated>& all, const Simulation& simulation,
+                 const Options& options) {
+  json runs = json::array();
+  for (const auto& [run, scenario] : all) {
+    json row = rt::run_json(run, options.histograms);
+    row["scenario"] = {{"seed", scenario.seed},
+                       {"phases", word_of(scenario.phases)},
+                       {"times", word_of(scenario.times)}};
+    runs.push_back(std::move(row));
+  }
+  json result{
+      {"takt", {{"version", TAKT_VERSION}}},
+      {"simulated", {{"cpus", simulation.system().machine.cpus}, {"notes", simulation.notes()}}},
+      {"runs", std::move(runs)}};
+  if (options.histograms) result["bucket_limits_us"] = rt::bucket_limits_us();
+  return result;
+}
+
+/// One thread runs at a time: it hands over to the next one faster on the same CPU.
+void stay_on_one_cpu() {
+  static_cast<void>(available_cpus());  // of this process, before it keeps to one
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  CPU_SET(std::max(0, sched_getcpu()), &one);
+  static_cast<void>(sched_setaffinity(0, sizeof one, &one));
+}
+
+std::vector<Simulated> simulate(const Simulation& simulation, const Options& options) {
+  std::vector<Simulated> all;
+  const LiveLine line("simulating");
+  for (std::uint64_t i = 0; i < options.runs; ++i) {
+    const Scenario scenario = scenario_of(options, i);
+    SimulatedRun simulated = simulation.run(scenario);
+    if (!simulated.result.failures.empty())
+      throw std::runtime_error(fmt::format("{}", fmt::join(simulated.result.failures, "\n")));
+    rt::Run run = rt::run_of(std::move(simulated.result));
+    run.file = options.file;
+    run.executor = options.executor.empty() ? "file" : options.executor;
+    run.placement = options.placement;
+    run.scheduler = options.scheduler.empty() ? "file" : options.scheduler;
+    run.repeat = i;
+    run.processes.clear();  // of this machine
+    run.trace.reset();
+    all.push_back({std::move(run), scenario});
+  }
+  return all;
+}
+
+SimulationOptions options_of(const SystemDescription& system, const Options& options) {
+  SimulationOptions result{.overrides = {.executor = options.executor,
+                                         .placement = parse_placement(options.placement),
+                                         .scheduler = options.scheduler},
+                           .measured = {},
+                           .duration = parse_run_time(options.duration)};
+  const std::string& model = options.model.empty() ? system.model : options.model;
+  if (!model.empty()) result.measured = read_measured_model(model);
+  return result;
+}
+
+void run(const Options& options) {
+  SystemDescription system = read_system(options.file, settings_of(options));
+  if (!options.executor.empty()) executors().check(options.executor);
+  if (!options.scheduler.empty()) schedulers().check(options.scheduler);
+  stay_on_one_cpu();
+  SimulationOptions how = options_of(system, options);
+  const Simulation simulation(system, how);
+  const std::vector<Simulated> all = simulate(simulation, options);
+  std::set<std::string> notes(simulation.notes().begin(), simulation.notes().end());
+  notes.insert(all.front().run.notes.begin(), all.front().run.notes.end());
+  const bool prints = options.json != "-";
+  if (prints) {
+    for (const std::string& note : notes) rt::to_stderr("note: {}\n", note);
+    rt::print("simulated: {} of {} on CPUs {}, from seed {}\n\n", counted(all.size(), "run"),
+              options.duration, fmt::join(simulation.system().machine.cpus, ","), options.seed);
+    print_result(merged(all));
+    print_scenarios(all);
+  }
+  if (!options.json.empty()) write_json(document_of(all, simulation, options), options.json);
+  if (!options.trace.empty()) {
+    how.overrides.trace_events = kMostTraceEvents;
+    write_worst_trace(Simulation(system, how), worst_scenario(all), options);
+  }
+  const rt::Run sum = merged(all);
+  if (std::any_of(sum.chains.begin(), sum.chains.end(),
+                  [](const rt::Run::Chain& chain) { return chain.statistics.misses != 0; })) {
+    throw CLI::RuntimeError(kFailed);
+  }
+}
+
+void set_up(CLI::App* command) {
+  const auto options = std::make_shared<Options>();
+  command
+      ->add_option("FILE", options->file,
+                   "A configuration file with one container; its components are made, and their "
+                   "code does not run")
+      ->required();
+  command->add_option("--model", options->model,
+                      "A file of `takt model`, with measured execution times and arrivals");
+  whole_number(command->add_option("--runs", options->runs,
+                                   "So many runs, with the seeds from --seed on (default: 1)"),
+               1, 1'000'000);
+  whole_number(command->add_option("--seed", options->seed,
+                                   "Another seed draws other phases and times (default: 1)"),
+               0, 999'999'999'999'999);
+  time_text(
+      command->add_option("--duration", options->duration, "Virtual time of a run (default: 10s)"));
+  one_of(command->add_option("--phases", options->phases,
+                             "First releases of timers and arrivals: all at once, or drawn "
+                             "(default: equal in the first run, then random)"),
+         {"equal", "random"});
+  one_of(command->add_option("--times", options->times,
+                             "Execution times: the longest, or drawn (default: worst, and drawn in "
+                             "every second run)"),
+         {"worst", "drawn"});
+  command->add_option("--executor", options->executor,
+                      "As for `takt run`: makes each executor of the file one of this type");
+  placement_option(command, options->placement);
+  command->add_option("--scheduler", options->scheduler, "As for `takt run`");
+  command
+      ->add_option("--set", options->settings,
+                   "KEY=VALUE: another value for a key of the file, as machine.cpus=4; may be "
+                   "repeated")
+      ->allow_extra_args(false);
+  command->add_flag("--histograms", options->histograms, "Include histograms in the JSON");
+  add_output(*command, "--trace", options->trace,
+             "Write a timeline of the worst run, for ui.perfetto.dev or chrome://tracing");
+  add_output(*command, "--json", options->json, "Also write the results as JSON; - for stdout");
+  command->footer(
+      "The executors, schedulers and groups of the file themselves, on virtual CPUs: nothing "
+      "depends\n"
+      "on this machine, and the same seed gives the same bytes. Exit 1: a chain missed its "
+      "deadline.\n"
+      "Examples:\n"
+      "  takt simulate robot.yaml --duration 60s\n"
+      "  takt simulate robot.yaml --model robot.model.yaml --runs 100 --trace worst.json\n"
+      "  takt simulate robot.yaml --executor events --set machine.cpus=4\n");
+  command->callback([options] { run(*options); });
+}
+const Command registered("simulate",
+                         "Runs a file under a virtual clock, and looks for its worst latencies",
+                         set_up);
+
+}  // namespace
+}  // namespace takt::tools::simulate_command

@@ -1,0 +1,233 @@
+// Simulations of random systems, beside the bounds of their analysis.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/simulation/simulation.hpp"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/containers/component.hpp"
+#include "takt/containers/configuration/configuration_file_test.hpp"
+#include "takt/measuring/json_text.hpp"
+#include "takt/measuring/run.hpp"
+#include "takt/testing/random_system.hpp"
+
+#include "analyze/analyzed_file.hpp"
+#include "random/random_system.hpp"
+#include "yaml_file.hpp"
+
+namespace takt::tools {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// On two CPUs of a machine that is not this one.
+std::string random_file(std::uint64_t seed) {
+  const RandomOptions options{.seed = seed,
+                              .executors = executors().names(),
+                              .schedulers = schedulers().names(),
+                              .cpus = {0, 1}};
+  return yaml_file(random_system(options).document) +
+         "machine: {cpus: 2, rt_runtime: 950ms, exclusive: true, overheads: {dispatch: 5us, wake: "
+         "20us, switch: 3us}}\n";
+}
+
+std::map<std::string, Nanoseconds> bounds_of(const SystemDescription& system) {
+  const AnalyzedFile file = analyze_system(system, {.is_for_here = false});
+  std::map<std::string, Nanoseconds> result;
+  for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
+    if (const auto bound = file.bounds.chains[i].bound) result[file.model.chains[i].name] = *bound;
+  }
+  return result;
+}
+
+Scenario scenario_of(std::uint64_t seed, int run) {
+  return {.seed = seed,
+          .phases = run == 0 ? Scenario::Phases::equal : Scenario::Phases::random,
+          .times = run < 2 ? Scenario::Times::worst : Scenario::Times::drawn};
+}
+
+// Whatever happens in a simulation, is within the bound: one of the two is wrong otherwise.
+TEST(Simulation, NothingTakesLongerThanItsBound) {
+  std::size_t chains = 0, instances = 0;
+  double closest = 0;
+  for (std::uint64_t seed = 1; seed <= testing::random_systems(200); ++seed) {
+    const std::string text = random_file(seed);
+    const SystemDescription system = ConfigurationFile("system.yaml", text).read();
+    const auto bounds = bounds_of(system);
+    if (bounds.empty()) continue;
+    const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 2s});
+    for (int run = 0; run < 3; ++run) {
+      const SimulatedRun simulated = simulation.run(scenario_of(seed, run));
+      for (const ProcessResult::ChainResult& chain : simulated.result.chains) {
+        const auto bound = bounds.find(chain.name);
+        if (bound == bounds.end()) continue;
+        const Nanoseconds longest = chain.statistics.latency.max();
+        ASSERT_LE(longest.count(), bound->second.count())
+            << chain.name << ", seed " << seed << ", run " << run << ":\n"
+            << text;
+        ++chains;
+        instances += chain.statistics.instances;
+        closest = std::max(closest, static_cast<double>(longest.count()) /
+                                        static_cast<double>(bound->second.count()));
+      }
+    }
+  }
+  std::printf("%zu chains with %zu instances; largest latency ÷ bound: %.3f\n", chains, instances,
+              closest);
+  EXPECT_GT(closest, 0.9);
+}
+
+// The same bytes, whatever else runs in the process before.
+TEST(Simulation, ASeedSaysAll) {
+  const SystemDescription system = ConfigurationFile("system.yaml", random_file(6)).read();
+  const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 5s});
+  const auto text_of = [&](std::uint64_t seed) {
+    return rt::json_text(
+        rt::run_json(rt::run_of(simulation.run(scenario_of(seed, 2)).result), true));
+  };
+  const std::string first = text_of(1);
+  EXPECT_NE(text_of(2), first);
+  for (int i = 0; i < 5; ++i) ASSERT_EQ(text_of(1), first);
+}
+
+// ---- Components whose code does not run ----
+
+struct Word {
+  std::uint32_t value = 0;
+};
+TAKT_MESSAGE(Word, "test/msg/Word", value);
+
+int bodies_run = 0;
+
+/// Its timer sends on `a`, of whose messages it sends each on to `b`.
+class Mute : public Node {
+ public:
+  explicit Mute(const NodeOptions& options) : Node("mute", options) {
+    const auto counts = [] { ++bodies_run; };
+    a_ = create_publisher<Word>("a", 10, {.published_by = {"tick"}});
+    b_ = create_publisher<Word>("b", 10, {.published_by = {"a"}});
+    parts_ = {create_timer("tick", 10ms, counts),
+              create_subscription<Word>("a", 10, [counts](const Word&) { counts(); }),
+              create_subscription<Word>("b", 10, [counts](const Word&) { counts(); }),
+              create_subscription<Word>("c", 10, [counts](const Word&) { counts(); })};
+  }
+
+ private:
+  Publisher<Word>::SharedPtr a_, b_;
+  std::vector<std::shared_ptr<void>> parts_;
+};
+
+std::string mute_file(const std::string& top = {}, const std::string& thread = "affinity: [3]",
+                      const std::string& executor = "type: events",
+                      const std::string& callbacks =
+                          "a: {execution: 2ms}, b: {execution: 3ms}, c: "
+                          "{execution: 4ms}") {
+  return top + fmt::format(R"(
+threads: {{one: {{policy: SCHED_FIFO, priority: 50, {}}}}}
+executors: {{default: {{threads: [one], {}}}}}
+chains: [{{name: c, deadline: 50ms, path: [mute/tick, mute/a, mute/b]}}]
+container:
+  name: simulated
+  components:
+    - component: takt::tools::Mute
+      name: mute
+      executor: default
+      callbacks: {{tick: {{execution: 1ms}}, {}}}
+)",
+                           thread, executor, callbacks);
+}
+
+ProcessResult simulated(const std::string& text, Nanoseconds duration = 1s) {
+  const Simulation simulation(ConfigurationFile("system.yaml", text).read(),
+                              {.overrides = {}, .measured = {}, .duration = duration});
+  return simulation.run({}).result;
+}
+
+const CallbackStatistics& of(const ProcessResult& result, std::string_view callback) {
+  return std::find_if(result.callbacks.begin(), result.callbacks.end(),
+                      [&](const auto& row) { return row.statistics.callback == callback; })
+      ->statistics;
+}
+
+TEST(Simulation, CallbacksTakeTheirTimeAndSend) {
+  bodies_run = 0;
+  const ProcessResult result = simulated(mute_file("machine: {cpus: 4}\n"));
+  EXPECT_EQ(bodies_run, 0);
+  EXPECT_EQ(result.chains.front().statistics.instances, 100u);
+  EXPECT_EQ(result.chains.front().statistics.latency.max(), 6ms);
+  EXPECT_EQ(of(result, "b").latency.max(), 0ms);
+  EXPECT_EQ(of(result, "c").received, 0u);
+  EXPECT_EQ(of(result, "c").lost(), 0u);
+  EXPECT_EQ(result.threads.front().statistics.in_force.affinity, std::vector<int>{3});
+  EXPECT_NEAR(result.threads.front().statistics.cpu_percent(), 60, 0.001);
+}
+
+TEST(Simulation, TheMachineIsThatOfTheFile) {
+  const auto longest = [](const std::string& machine) {
+    return simulated(mute_file("machine: {cpus: 4, " + machine + "}\n"))
+        .chains.front()
+        .statistics.latency.max();
+  };
+  EXPECT_NEAR(static_cast<double>(longest("speed: {3: 0.75}").count()), 8e6,
+              3);  // each is rounded up
+  EXPECT_EQ(longest("overheads: {dispatch: 100us}"), 6300us);
+  EXPECT_EQ(longest("overheads: {wake: 40us, switch: 5us}"), 6045us);
+  // It needs 600 ms of each second: from 0.83 s on it waits for the next one.
+  EXPECT_GT(longest("rt_runtime: 500ms"), 150ms);
+}
+
+TEST(Simulation, MessagesComeFromOutside) {
+  const std::string callbacks =
+      "a: {execution: 2ms}, b: {execution: 1ms}, c: {execution: 1ms, arrival: {distances: [0ms, "
+      "100ms]}}";
+  const ProcessResult result =
+      simulated(mute_file("machine: {cpus: 4}\n", "affinity: [3]", "type: events", callbacks));
+  EXPECT_EQ(of(result, "c").received, 20u);       // two each 100 ms
+  EXPECT_EQ(of(result, "c").latency.max(), 2ms);  // behind 'tick' and one of its own
+}
+
+TEST(Simulation, PeriodsHoldBackWhatIsSent) {
+  const ProcessResult result =
+      simulated(mute_file("machine: {cpus: 4}\n", "affinity: [3]", "type: triggered, let: 20ms"));
+  EXPECT_GE(result.chains.front().statistics.latency.max(), 60ms);
+}
+
+TEST(Simulation, WhatCannotBeSimulatedIsRefusedByName) {
+  const auto error = [](const std::string& text) -> std::string {
+    try {
+      simulated(text);
+    } catch (const Error& refused) {
+      return refused.what();
+    }
+    return "";
+  };
+  using ::testing::HasSubstr;
+  const std::string machine = "machine: {cpus: 4}\n";
+  EXPECT_EQ(error(mute_file(machine)), "");
+  EXPECT_THAT(error(mute_file(machine, "affinity: [3]", "type: events, spin: 10us")),
+              HasSubstr("system.yaml:4: cannot simulate `spin` and `early_wake` of executor "
+                        "'default'"));
+  EXPECT_THAT(error(mute_file(machine, "affinity: [3]", "type: events", "a: {execution: 1ms}")),
+              HasSubstr("cannot simulate '/mute/b': its execution time is not known"));
+  std::string text = mute_file(machine);
+  text.replace(text.find("      executor: default"), 23,
+               "      executor: default\n      parameters: {use_sim_time: true}");
+  EXPECT_THAT(error(text), HasSubstr("which follows /clock (`use_sim_time`)"));
+  text = mute_file(machine) + "    - {component: takt::tools::Mute, name: other}\n";
+  text.replace(text.find("container:"), 10, "containers:\n-");
+  text.replace(text.find("    - {comp"), 0, "- name: more\n  components:\n");
+  EXPECT_THAT(error(text), HasSubstr("cannot simulate 2 processes"));
+}
+
+}  // namespace
+}  // namespace takt::tools
+
+TAKT_REGISTER_COMPONENT(takt::tools::Mute, "does nothing")
