@@ -70,6 +70,7 @@ COMMANDS = {
     "run": (["good.yaml", "--duration", "10ms"], None, ["wrong.yaml"]),
     "selftest": (None, None, ["--duration", "1h"]),
     "service": (["list"], ["call", "/nowhere", "std_srvs/srv/Empty"], ["call"]),
+    "simulate": (None, None, ["nowhere.yaml"]),
     "top": (None, ["nowhere"], ["--interval", "5"]),
     "topic": (["list"], ["echo", "/nowhere"], ["pub", "/a", "std_msgs/msg/String", "{nothing: 1}"]),
     "trace": (None, ["stop", "nowhere", "-o", "t.json"], ["stop", "nowhere"]),

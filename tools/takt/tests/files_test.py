@@ -62,7 +62,7 @@ PARAMETERS = "/**:\n  ros__parameters: {use_sim_time: false}\n/a:\n  b:\n    ros
 # Without a node that has them, it is waited for: so this file is always of another.
 SHORT = ("--duration", "10ms")
 READERS = {  # the file is FILE
-    "system": [("check", "FILE"), ("plan", "FILE"), ("analyze", "FILE"),
+    "system": [("check", "FILE"), ("plan", "FILE"), ("analyze", "FILE"), ("simulate", "FILE", *SHORT),
                ("run", "FILE", *SHORT), ("compare", "FILE", *SHORT, "--executors", "file"),
                ("bench", "topologies", "FILE", *SHORT, "--repeat", "1")],
     "parts": [("check", "FILE"), ("plan", "FILE")],
