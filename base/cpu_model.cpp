@@ -109,7 +109,13 @@ void CpuModel::share(TimePoint now) {
   }
   for (std::size_t cpu = 0; cpu < states_.size(); ++cpu) {
     Thread* const thread = chosen_[cpu];
-    if (std::exchange(states_[cpu].running, thread) == thread || thread == nullptr) continue;
+    Thread* const before = std::exchange(states_[cpu].running, thread);
+    if (before == thread) continue;
+    if (changes_ != nullptr) {
+      const bool was_preempted = before != nullptr && before->is_preempted_;
+      changes_->push_back({now, options_.cpus[cpu].number, before, thread, was_preempted});
+    }
+    if (thread == nullptr) continue;
     if (std::exchange(thread->is_preempted_, false))
       thread->work_ += 2 * options_.change.count() * kParts;
     thread->cpu_ = thread->last_cpu_ = cpu;

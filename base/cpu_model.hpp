@@ -83,8 +83,20 @@ class CpuModel {
     Nanoseconds slice_{0}, used_{0};
   };
 
+  /// On a CPU, from then on, another thread runs, or none.
+  struct Change {
+    TimePoint time{};
+    int cpu = 0;
+    const Thread* before = nullptr;
+    const Thread* after = nullptr;
+    bool was_preempted = false;
+  };
+
   /// Throws Error if there is no CPU, one of them twice, or with a speed that is none.
   explicit CpuModel(Options options);
+
+  /// From here on all changes are added there.
+  void record(std::vector<Change>& changes) noexcept { changes_ = &changes; }
 
   /// From here on it needs a CPU, for no work yet.
   void wake(Thread& thread, TimePoint now);
@@ -123,6 +135,7 @@ class CpuModel {
   std::vector<Thread*> awake_;   // the most urgent first
   std::vector<Thread*> chosen_;  // while it shares: for which CPU
   std::uint64_t places_ = 0;
+  std::vector<Change>* changes_ = nullptr;
 };
 
 }  // namespace takt

@@ -176,7 +176,7 @@ std::vector<ManualClock::Use> ManualClock::use() const {
   const std::lock_guard lock(mutex_);
   std::vector<Use> result;
   for (const Participant* participant : participants_)
-    result.push_back({participant->name, participant->thread.used(now())});
+    result.push_back({participant->name, participant->thread.used(now()), &participant->thread});
   return result;
 }
 

@@ -87,9 +87,14 @@ class ManualClock final : public Clock {
   struct Use {
     std::string name;
     Nanoseconds time{0};
+    const CpuModel::Thread* thread = nullptr;
   };
   /// Of all that take part, by rank.
   std::vector<Use> use() const;
+  /// See CpuModel. Before it advances.
+  void record(std::vector<CpuModel::Change>& changes) noexcept {
+    if (cpus_) cpus_->record(changes);
+  }
   /// While it lives, work() of the calling thread takes no time: somebody else counts it.
   class CountedElsewhere {
    public:

@@ -15,6 +15,8 @@ namespace TAKT_INTERNAL takt {
 class ExecutionModel {
  public:
   virtual ~ExecutionModel() = default;
+  /// Before the execution begins: what the executor needs itself.
+  virtual void dispatch() noexcept = 0;
   /// Instead of `entity.execute(slot)`, which it may call. If not, it calls `entity.discard(slot)`.
   virtual void execute(Entity& entity, Slot& slot) = 0;
 };

@@ -68,6 +68,7 @@ StandInPublisher& SimulatedBodies::publisher_for(const Entity& subscription) {
 // ---- Before it runs ----
 
 void SimulatedBodies::set_up(const ModelledProcess& process, const SystemModel& model) {
+  dispatch_ = Nanoseconds(model.system.overheads.dispatch);
   for (std::size_t i = 0; i < process.callbacks.size(); ++i) {
     const ModelledProcess::Callback& from = process.callbacks[i];
     Callback callback = described(from, model, i);
@@ -87,7 +88,7 @@ SimulatedBodies::Callback SimulatedBodies::described(const ModelledProcess::Call
   Callback result{.name = numbers.name,
                   .least = Nanoseconds(numbers.least_execution),
                   .longest = Nanoseconds(numbers.execution),
-                  .besides = Nanoseconds(model.system.overheads.dispatch),
+                  .besides = {},
                   .is_known = provenance != Provenance::unknown,
                   .runs = component != nullptr,
                   .says_itself = said && provenance == Provenance::exact,

@@ -58,6 +58,9 @@ class SimulatedBodies final : public ExecutionModel {
   /// Of the callbacks of the process, in the order of the model. Throws Error for what it cannot
   /// stand in for.
   void set_up(const ModelledProcess& process, const SystemModel& model);
+  void dispatch() noexcept override {
+    if (dispatch_ != Nanoseconds::zero()) clock_.work(dispatch_);
+  }
   void execute(Entity& entity, Slot& slot) override;
 
   std::uint64_t executions() const noexcept { return executions_; }
@@ -80,7 +83,7 @@ class SimulatedBodies final : public ExecutionModel {
   struct Callback {
     std::string name;
     Nanoseconds least{0}, longest{0};  // in all, but for what the body says itself
-    Nanoseconds besides{0};            // dispatch, and what sending costs
+    Nanoseconds besides{0};            // what sending costs
     bool is_known = false, runs = false, says_itself = false;
     std::vector<Sent> sent;
   };
@@ -93,6 +96,7 @@ class SimulatedBodies final : public ExecutionModel {
 
   ManualClock& clock_;
   const bool draws_;
+  Nanoseconds dispatch_{0};
   Draws random_;
   std::unordered_map<const Entity*, Callback> callbacks_;
   std::map<std::pair<const Node*, std::string>, std::unique_ptr<StandInPublisher>> publishers_;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <map>
 #include <set>
 
 #include <fmt/format.h>
@@ -66,6 +68,10 @@ void Simulation::refuse_what_differs() {
   }
   for (ComponentDescription& component : system_.components) {
     component.on_exception = OnException::terminate;
+    if (component.type == "takt::Recorder" || component.type == "takt::Player") {
+      refuse(system_, fmt::format("{}, which has files and threads of its own", noun_of(component)),
+             "leave it out", component.where);
+    }
     const auto sim_time = component.parameters.find(kUseSimTime);
     if (sim_time == component.parameters.end() || sim_time->second != ParameterValue(true))
       continue;
@@ -239,7 +245,11 @@ void advance(ManualClock& clock, TimePoint end, std::vector<Source>& sources,
 }
 
 /// What threads have asked for is what they have; the machine that simulates shows nowhere.
-void set_virtual(ProcessResult& result, std::vector<ManualClock::Use> use, Nanoseconds duration) {
+/// Returns their numbers.
+std::map<const CpuModel::Thread*, int> set_virtual(ProcessResult& result,
+                                                   std::vector<ManualClock::Use> use,
+                                                   Nanoseconds duration) {
+  std::map<const CpuModel::Thread*, int> numbers;
   int number = 0;
   Nanoseconds all{0};
   bool are_realtime = true;
@@ -263,7 +273,10 @@ void set_virtual(ProcessResult& result, std::vector<ManualClock::Use> use, Nanos
     const auto found =
         std::find_if(use.begin(), use.end(), [&](const auto& of) { return of.name == asked.name; });
     statistics.cpu_time = found != use.end() ? found->time : Nanoseconds::zero();
-    if (found != use.end()) use.erase(found);
+    if (found != use.end()) {
+      numbers[found->thread] = number;
+      use.erase(found);
+    }
     all += statistics.cpu_time;
     for (NamedTraceEvent& event : statistics.trace) {
       event.cpu_time = {};
@@ -273,9 +286,10 @@ void set_virtual(ProcessResult& result, std::vector<ManualClock::Use> use, Nanos
   result.cpu_percent =
       100.0 * static_cast<double>(all.count()) / static_cast<double>(duration.count());
   result.allocations_counted = false;
-  if (are_realtime) return;
+  if (are_realtime) return numbers;
   result.notes.emplace_back(
       "the order of threads that are not real-time ones is a model: turns of 3 ms");
+  return numbers;
 }
 
 }  // namespace
@@ -290,12 +304,14 @@ SimulatedRun Simulation::run(const Scenario& scenario) const {
   overrides.execution_model = &bodies;
   overrides.only_constructs = true;  // nothing of it is traced
   std::vector<Source> sources;
+  std::vector<CpuModel::Change> changes;  // the clock moves until the container has ended
   Container container(system_, overrides);
   const ModelledProcess process = container.modelled();
   const SystemModel model =
       make_system_model(modelled_, container.plan().chains, {&process, 1}, measured);
   bodies.set_up(process, model);
   bring_up(process);
+  if (overrides.trace_events != 0) clock.record(changes);
   container.start();
   set_phases(process, scenario, draws);
   sources = sources_of(process, model, scenario, bodies, draws);
@@ -311,7 +327,15 @@ SimulatedRun Simulation::run(const Scenario& scenario) const {
   container.hold();
   container.stop();
   SimulatedRun run{.result = container.result(), .executions = bodies.executions()};
-  set_virtual(run.result, use, options_.duration);
+  const auto numbers = set_virtual(run.result, use, options_.duration);
+  const auto number_of = [&](const CpuModel::Thread* thread) {
+    const auto found = numbers.find(thread);
+    return found != numbers.end() ? found->second : 0;
+  };
+  for (const CpuModel::Change& change : changes) {
+    run.changes.push_back({change.time, change.cpu, number_of(change.before),
+                           number_of(change.after), change.was_preempted});
+  }
   add_what_is_not_covered(model, run.result.notes);
   return run;
 }

@@ -32,6 +32,14 @@ struct Scenario {
 struct SimulatedRun {
   ProcessResult result;  // as of a container; threads have what they asked for
   std::uint64_t executions = 0;
+  /// Which thread had which CPU when, if executions are traced. The numbers of threads are those in
+  /// `result`; 0: none, or one that runs no callbacks.
+  struct Change {
+    TimePoint time{};
+    int cpu = 0, before = 0, after = 0;
+    bool was_preempted = false;
+  };
+  std::vector<Change> changes = {};
 };
 
 /// Runs the executors, schedulers and callback groups of a description themselves. Their threads

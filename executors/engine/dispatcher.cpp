@@ -149,6 +149,8 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
   ThreadUsage before;
   if (times.is_traced) [[unlikely]]
     before = ThreadUsage::now();
+  if (options_.execution_model != nullptr) [[unlikely]]
+    options_.execution_model->dispatch();
   // Last before the callback: what is done for it, in no cache, belongs to the latency.
   if (times.are_read && (is_checked || (times_take_ && !starts_at_once(times, execution))))
       [[unlikely]]

@@ -1,6 +1,7 @@
 // takt simulate: a system under a virtual clock, on virtual CPUs.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -39,7 +40,7 @@ struct Options {
   std::string file, model, executor, placement = "file", scheduler, duration = "10s", phases, times,
                                      trace, json;
   std::vector<std::string> settings;
-  std::uint64_t seed = 1, runs = 1;
+  std::uint64_t seed = 1, runs = 1, cpus = 0;
   bool histograms = false;
 };
 
@@ -140,11 +141,24 @@ Scenario worst_scenario(const std::vector<Simulated>& all) {
 /// A new simulation, as the threads of this one recorded nothing; it does the same.
 void write_worst_trace(const Simulation& simulation, const Scenario& scenario,
                        const Options& options) {
-  rt::Run run = rt::run_of(simulation.run(scenario).result);
-  run.file = options.file;
-  if (!run.trace) run.trace.emplace();
+  SimulatedRun simulated = simulation.run(scenario);
   TraceFrame frame;
   frame.end = kNever;
+  for (const SimulatedRun::Change& change : simulated.changes) {
+    auto& event = frame.scheduling.events.emplace_back();
+    event.time = change.time;
+    event.cpu = change.cpu;
+    event.thread = static_cast<std::uint32_t>(change.before);
+    event.next_thread = static_cast<std::uint32_t>(change.after);
+    event.was_preempted = change.was_preempted;
+  }
+  for (const ProcessResult::Thread& thread : simulated.result.threads) {
+    const ThreadState& state = thread.statistics.in_force;
+    frame.scheduling.names[static_cast<std::uint32_t>(state.tid)] = state.name;
+  }
+  rt::Run run = rt::run_of(std::move(simulated.result));
+  run.file = options.file;
+  if (!run.trace) run.trace.emplace();
   Trace trace = make_trace(
       run, false, [](const rt::Run::Traced&) { return false; }, frame);
   trace.about["machine"] = "simulated";
@@ -212,6 +226,10 @@ SimulationOptions options_of(const SystemDescription& system, const Options& opt
 
 void run(const Options& options) {
   SystemDescription system = read_system(options.file, settings_of(options));
+  if (options.cpus != 0) {
+    system.machine.cpus.resize(options.cpus);
+    std::iota(system.machine.cpus.begin(), system.machine.cpus.end(), 0);
+  }
   if (!options.executor.empty()) executors().check(options.executor);
   if (!options.scheduler.empty()) schedulers().check(options.scheduler);
   stay_on_one_cpu();
@@ -269,10 +287,13 @@ void set_up(CLI::App* command) {
                       "As for `takt run`: makes each executor of the file one of this type");
   placement_option(command, options->placement);
   command->add_option("--scheduler", options->scheduler, "As for `takt run`");
+  whole_number(command->add_option("--cpus", options->cpus,
+                                   "So many CPUs, from 0 on, instead of those of `machine:`"),
+               1, 1024);
   command
       ->add_option("--set", options->settings,
-                   "KEY=VALUE: another value for a key of the file, as machine.cpus=4; may be "
-                   "repeated")
+                   "KEY=VALUE: another value for a key of the file, as "
+                   "threads.control.priority=70; may be repeated")
       ->allow_extra_args(false);
   command->add_flag("--histograms", options->histograms, "Include histograms in the JSON");
   add_output(*command, "--trace", options->trace,
@@ -286,7 +307,7 @@ void set_up(CLI::App* command) {
       "Examples:\n"
       "  takt simulate robot.yaml --duration 60s\n"
       "  takt simulate robot.yaml --model robot.model.yaml --runs 100 --trace worst.json\n"
-      "  takt simulate robot.yaml --executor events --set machine.cpus=4\n");
+      "  takt simulate robot.yaml --executor events --cpus 4\n");
   command->callback([options] { run(*options); });
 }
 const Command registered("simulate",
