@@ -233,6 +233,8 @@ class Entity {
   virtual void retire() noexcept;
   /// With ownership_mutex held.
   bool is_retired() const noexcept { return is_retired_; }
+  /// How long the thread that drops it waits, see NodeOptions.
+  Nanoseconds drop_wait() const noexcept { return drop_wait_; }
   /// After that, when the last pointer goes: what still uses the entity may keep it.
   virtual void retired(std::shared_ptr<Entity>) noexcept {}
 
@@ -259,6 +261,7 @@ class Entity {
   // Guarded by ownership_mutex.
   Sink* owner_ = nullptr;
   std::vector<Sink*> earlier_owners_;
+  Nanoseconds drop_wait_ = Nanoseconds::max();  // set before an executor has it
   bool is_retired_ = false;
 };
 

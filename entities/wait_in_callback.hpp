@@ -3,8 +3,11 @@
 #ifndef TAKT_ENTITIES_WAIT_IN_CALLBACK_HPP_
 #define TAKT_ENTITIES_WAIT_IN_CALLBACK_HPP_
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
+#include <thread>
 #include <utility>
 
 #include "takt/base/visibility.hpp"
@@ -89,6 +92,19 @@ class WaitInCallback {
       if (const Duty duty = duty_.load()) duty();
       if (is_true()) return;
       progress_.wait(seen);
+    }
+  }
+
+  /// The same, but at most so long: false. It looks again and again, as nothing else has an end.
+  template <class Condition>
+  bool until(Condition&& is_true, Nanoseconds at_most) const noexcept {
+    constexpr Nanoseconds kLongest = std::chrono::milliseconds(1);
+    Nanoseconds pause = std::chrono::microseconds(20);
+    for (Nanoseconds waited{0};; waited += pause, pause = std::min(2 * pause, kLongest)) {
+      if (const Duty duty = duty_.load()) duty();
+      if (is_true()) return true;
+      if (waited >= at_most) return false;
+      std::this_thread::sleep_for(pause);
     }
   }
 

@@ -212,6 +212,7 @@ void Node::add(const std::shared_ptr<Entity>& entity) {
       if (auto alive = other.lock()) others.push_back(std::move(alive));
     }
     if (entity->kind() != EntityKind::timer) entity->name_ = unused(entity->name(), others);
+    entity->drop_wait_ = options_.drop_wait;
     state_->entities.push_back(entity);
   }
   state_->notify([&](NodeListener& listener) { listener.entity_added(*this, entity); });

@@ -132,6 +132,33 @@ TEST_F(Executors, CancelFromACallbackEndsOneSpin) {
   EXPECT_EQ(calls, 2);
 }
 
+// tf2_ros drops a timer while it holds the mutex of its buffer, for which a callback waits: both
+// waited for ever.
+TEST_F(Executors, AThreadDropsEntitiesThoughACallbackWaitsForIt) {
+  const auto node = std::make_shared<Node>("node");
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  std::promise<void> has_begun, is_dropped;
+  bool went_on = false, ran_again = false;
+  auto waits = node->create_wall_timer(1ms, [&](TimerBase& self) {
+    self.cancel();
+    has_begun.set_value();
+    went_on = is_dropped.get_future().wait_for(10s) == std::future_status::ready;
+  });
+  auto other = node->create_wall_timer(1h, [&] { ran_again = true; });
+  std::thread spins([&] { executor.spin(); });
+  has_begun.get_future().wait();
+  other->execute_callback();
+  EXPECT_TRUE(std::exchange(ran_again, false));
+  other.reset();
+  waits.reset();
+  is_dropped.set_value();
+  const auto end = node->create_wall_timer(1ms, [&] { executor.cancel(); });
+  spins.join();
+  EXPECT_TRUE(went_on);
+  EXPECT_FALSE(ran_again);
+}
+
 // As in rclcpp since 2026-07: the thread that spins may come too late.
 TEST_F(Executors, ACancelBeforeASpinEndsThatAndNoOther) {
   const auto node = std::make_shared<Node>("node");

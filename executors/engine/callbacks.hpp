@@ -61,6 +61,8 @@ class Callbacks final : private NodeListener, private Watchdog::Watched {
 
   // For records.
   void remove(const std::vector<CallbackRecord*>& records) noexcept;
+  /// Of one, whose entity is dropped or leaves: waits no longer than Entity::drop_wait.
+  void remove_dropped(CallbackRecord& record) noexcept;
   Removals& removals() noexcept { return removals_; }
 
  private:
@@ -83,6 +85,8 @@ class Callbacks final : private NodeListener, private Watchdog::Watched {
   void undo_add(Record& record) noexcept TAKT_REQUIRES(mutex_);
   void publish() TAKT_REQUIRES(mutex_);
   void publish_removal() noexcept TAKT_REQUIRES(mutex_);
+  bool begin_removal(const std::vector<Record*>& records) noexcept;
+  void end_removal(const std::vector<Record*>& records, bool at_rest) noexcept;
   bool claim_removal(Record& record) noexcept TAKT_REQUIRES(mutex_);
   void take_from_lists(Record& record) noexcept TAKT_REQUIRES(mutex_);
   void remove_at_rest(const std::vector<Record*>& records) noexcept TAKT_REQUIRES(mutex_);

@@ -66,7 +66,7 @@ bool CallbackRecord::wants_time() const noexcept {
 }
 
 void CallbackRecord::remove() noexcept {
-  callbacks.remove({this});
+  callbacks.remove_dropped(*this);
 }
 
 void CallbackRecord::expect_remove() noexcept {
@@ -117,6 +117,14 @@ void CallbackRecord::wait_until_over() const noexcept {
     return static_cast<const CallbackRecord*>(record)->is_described_by(callback);
   });
   wait.until([&] { return state.is_over() || (wait.is_for_itself() && state.is_removed()); });
+}
+
+bool CallbackRecord::wait_until_over(Nanoseconds at_most) const noexcept {
+  const WaitInCallback wait(this, [](const void* record, const CallbackInfo* callback) {
+    return static_cast<const CallbackRecord*>(record)->is_described_by(callback);
+  });
+  return wait.until([&] { return state.is_over() || (wait.is_for_itself() && state.is_removed()); },
+                    at_most);
 }
 
 // A thread that is preempted here delays others only for that time.

@@ -90,6 +90,8 @@ struct CallbackRecord final : DispatchState, Observed, Sink {
   void remove_at_rest() noexcept;
   /// Waits until it is removed, and no execution is left; but see the source.
   void wait_until_over() const noexcept;
+  /// False: it has not come to that in this time.
+  bool wait_until_over(Nanoseconds at_most) const noexcept;
   /// The first thread detaches the entity, the others wait for that.
   void detach() noexcept;
   /// True: no thread uses the record, and none begins to wait for it any more.

@@ -54,6 +54,35 @@ CMAKE_PREFIX_PATH, in a fresh build folder, and in a shell in which no setup fil
 endfunction()
 takt_ros2_refuse_another()
 
+# Debian's packages of ROS are ROS 1 or of 2022, and lie where CMake looks last: a package that neither the layer nor
+# the workspace has is not to be taken from them.
+function(takt_ros2_ignore_those_of_the_system)
+  set(prefixes ${CMAKE_SYSTEM_PREFIX_PATH})
+  list(REMOVE_ITEM prefixes ${CMAKE_INSTALL_PREFIX} ${CMAKE_PREFIX_PATH})
+  set(names "")
+  foreach(prefix ${prefixes})
+    file(GLOB files ${prefix}/share/*/package.xml)
+    foreach(file ${files})
+      file(STRINGS ${file} lines REGEX "<(buildtool_depend|build_type)[^>]*>(catkin|ament)" LIMIT_COUNT 1)
+      if(lines)
+        cmake_path(GET file PARENT_PATH folder)
+        cmake_path(GET folder FILENAME name)
+        list(APPEND names ${name})
+      endif()
+    endforeach()
+  endforeach()
+  foreach(prefix ${prefixes})  # /lib may be a link to /usr/lib
+    foreach(name ${names})
+      foreach(place share/${name}/cmake lib/cmake/${name} lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/${name})
+        cmake_path(APPEND prefix ${place} OUTPUT_VARIABLE folder)
+        list(APPEND CMAKE_IGNORE_PATH ${folder})
+      endforeach()
+    endforeach()
+  endforeach()
+  set(CMAKE_IGNORE_PATH ${CMAKE_IGNORE_PATH} PARENT_SCOPE)
+endfunction()
+takt_ros2_ignore_those_of_the_system()
+
 # Setup files of ROS 2 set these, which packages compare; empty, some of their conditions are none.
 if(NOT DEFINED ENV{ROS_DISTRO})
   set(ENV{ROS_DISTRO} jazzy)

@@ -166,6 +166,28 @@ def test_real_ros2(work):
           "rclcpp of a ROS 2 has been found before" in errors, errors)
 
 
+# Debian has packages of these names, of ROS 1 or of 2022: headers of both stood side by side.
+def test_ros_of_the_system(work):
+    for name, tool in (("message_filters", "catkin"), ("octomap", "cmake")):
+        for folder, file, text in (("share", "package.xml", f"<package><buildtool_depend>{tool}</buildtool_depend></package>"),
+                                   ("lib/cmake", f"{name}Config.cmake", "")):
+            (work / "system" / folder / name).mkdir(parents=True)
+            (work / "system" / folder / name / file).write_text(text)
+    system = f"list(APPEND CMAKE_SYSTEM_PREFIX_PATH {work}/system)\nfind_package(ament_cmake REQUIRED)\n"
+    errors = configure(work, system + "find_package(message_filters REQUIRED)")
+    check(proves("rclcpp_build.md", "Debian's packages of ROS are not found"),
+          "bad needs the package message_filters, which is not part" in errors, errors)
+    check("what is not of ROS is found", configure(work, system + "find_package(octomap REQUIRED)") == "")
+    known = {name for name in ("tf2", "message_filters", "class_loader", "rcutils", "ament_cmake", "ament_cmake_core",
+                               "ament_index_cpp", "rcpputils") if os.path.isfile(f"/usr/share/{name}/package.xml")}
+    for name in sorted(known):
+        text = (f"enable_language(CXX)\nfind_package(ament_cmake REQUIRED)\nfind_package({name} QUIET)\n"
+                f'if("${{{name}_DIR}}" MATCHES "^/(usr|lib)/")\nmessage(FATAL_ERROR "${{{name}_DIR}}")\nendif()')
+        check(f"Debian's {name} is not found", configure(work, text) == "", configure(work, text))
+    if not known:
+        print("no package of Debian's ROS is installed here")
+
+
 def test_folders(work):
     for folder, message in ((work / "none", "is no folder"), (work / "jazzy", "no package.xml is in it")):
         status, _, errors = run(takt, "ros2", "build", folder)
@@ -249,6 +271,6 @@ def test_signal(work):
 
 with tempfile.TemporaryDirectory() as folder:
     for test in (test_packages, test_libraries_of_robots, test_refusals, test_vendors, test_packages_of_the_layer, test_python,
-                 test_shared_libraries, test_real_ros2, test_folders, test_conditions, test_what_is_missing, test_signal):
+                 test_shared_libraries, test_real_ros2, test_ros_of_the_system, test_folders, test_conditions, test_what_is_missing, test_signal):
         test(pathlib.Path(folder).resolve())
 finish()

@@ -137,6 +137,11 @@ void late_future(Executor& executor, std::shared_future<void> future) {
 void lifecycle(const rclcpp_lifecycle::LifecycleNode& node) {
   node.get_current_state().label();
 }
+// Row: dropping a subscription, timer, service or client while its callback may run | waits until
+// that has ended, 100 ms at most; rclcpp does not wait
+void drops(TimerBase::SharedPtr& timer) {
+  timer.reset();
+}
 // Row: the reason why a parameter is not set | Takt's own sentence, which says what to do
 std::string reason(Node& node) {
   return node.set_parameter(Parameter("name", 1)).reason;

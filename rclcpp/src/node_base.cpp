@@ -14,6 +14,10 @@ namespace {
 using detail::Arguments;
 using detail::RemapRule;
 
+// Limit: how long a program for rclcpp waits for a callback when it drops its entity. At it: the
+// callback ends by itself, as in rclcpp. Seen: nothing.
+constexpr std::chrono::milliseconds kMostDropWait = std::chrono::milliseconds(100);
+
 /// Of a name that has become this path.
 std::string checked_path(std::string path, const std::string& name, bool is_service) {
   if (detail::is_path(path)) return path;
@@ -56,6 +60,7 @@ std::shared_ptr<takt::Node> NodeBaseInterface::make_node(const std::string& in_c
   std::erase_if(how.parameters, [](const auto& given) { return given.first != takt::kUseSimTime; });
   how.allow_undeclared_parameters = options_.allow_undeclared_parameters();
   how.exact_parameter_types = true;
+  how.drop_wait = kMostDropWait;
   if (how.participant == nullptr) how.participant = options_.context()->participant();
   if (how.time_source == nullptr) how.time_source = options_.context()->time_source();
   time_source_ = how.time_source;

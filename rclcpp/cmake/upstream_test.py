@@ -1,0 +1,195 @@
+#!/usr/bin/env python3
+"""Libraries of ROS 2 that robots link build from their sources, unchanged, pass their own tests, and run.
+
+usage: upstream_test.py TAKT PROGRAMS [--work DIR] [--record FILE]
+
+The folder that TAKT_UPSTREAM names has clones of their repositories. --work keeps what was built; --record writes the
+list of docs/results.
+SPDX-License-Identifier: Apache-2.0
+"""
+import argparse
+import datetime
+import os
+import pathlib
+import platform
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path += [str(HERE / "../../cmake"), str(HERE)]
+import build as ros2_build  # noqa: E402
+from checks import check, environment, finish, skip  # noqa: E402
+
+# In an order in which they can be built. What differs is said where it does.
+PACKAGES = {
+    "angles": "", "tf2": "", "message_filters": "its tests in Python are left out",
+    "tf2_ros": "two of its tests give one name to an action: they fail if they run at the same time, also in ROS 2",
+    "tf2_eigen": "", "tf2_kdl": "", "tf2_geometry_msgs": "", "tf2_sensor_msgs": "", "tf2_eigen_kdl": "",
+    "diagnostic_updater": "its nodes in Python are left out", "self_test": "", "class_loader": "", "pluginlib": "",
+    "diagnostic_aggregator": "its tests, which launch needs, are left out", "urdfdom_headers": "it has no package.xml", "urdfdom": "",
+    "urdf_parser_plugin": "", "urdf": "", "kdl_parser": "",
+    "robot_state_publisher": "its tests, which launch needs, are left out",
+    "image_transport": "its tests do not compile: `rclcpp::Event`", "camera_calibration_parsers": "", "camera_info_manager": "",
+    "ros2_control_cmake": "", "test_interface_files": "", "test_msgs": "its tests of C are left out",
+    "realtime_tools": "`test_async_function_handler` fails as root: its thread gets a real-time priority, and is done too soon",
+    "filters": "", "bond": "", "smclib": "", "bondcpp": ""}
+WITHOUT_TESTS = {"image_transport", "test_msgs"}
+MAY_FAIL = {"test_async_function_handler"}
+URDF = """<?xml version="1.0"?><robot name="arm"><link name="base"/><link name="tool"/><link name="tip"/>
+<joint name="turn" type="revolute"><parent link="base"/><child link="tool"/><origin xyz="1 0 0"/><axis xyz="0 0 1"/>
+<limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+<joint name="fixed" type="fixed"><parent link="tool"/><child link="tip"/><origin xyz="0 0 2"/></joint></robot>
+"""
+CALIBRATION = """image_width: 4
+image_height: 2
+camera_name: camera
+camera_matrix: {rows: 3, cols: 3, data: [42.0, 0, 2, 0, 42.0, 1, 0, 0, 1]}
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}
+rectification_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}
+projection_matrix: {rows: 3, cols: 4, data: [42.0, 0, 2, 0, 0, 42.0, 1, 0, 0, 0, 1, 0]}
+"""
+AGGREGATOR = """analyzers: {ros__parameters: {path: Robot, example: {type: diagnostic_aggregator/GenericAnalyzer, path: Example,
+  contains: [diagnostic_updater_example]}}}
+"""
+
+
+class Workspace:
+    def __init__(self, takt, work):
+        self.takt, self.work, self.results = takt, work, {}
+
+    def build(self, name, folder, *arguments):
+        done = subprocess.run([self.takt, "ros2", "build", folder, "--build-base", self.work / "build", "--install-base",
+                               self.work / "install", *arguments], capture_output=True, text=True, timeout=1800, env=environment)
+        (self.work / f"{name}.log").write_text(done.stdout + done.stderr)
+        errors = [line for line in (done.stdout + done.stderr).splitlines() if re.search(r"error:|CMake Error", line)]
+        check(f"{name} builds", done.returncode == 0, *errors[:5])
+        return done.returncode == 0
+
+    def own_tests(self, name):
+        done = subprocess.run(["ctest", "--timeout", "120"], cwd=self.work / "build" / name, capture_output=True, text=True,
+                              timeout=1800, env=environment)
+        passed = re.findall(r"Test +#\d+: (\S+) \.+ +Passed", done.stdout)
+        failed = re.findall(r"Test +#\d+: (\S+) \.*\*\*\*", done.stdout)
+        check(f"{name}: {len(passed)} tests of its own pass", set(failed) <= MAY_FAIL, failed)
+        return f"{len(passed)} of {len(passed) + len(failed)}" if passed or failed else "none"
+
+    def program(self, package, name, *arguments):
+        return [str(self.work / "install/lib" / package / name), *map(str, arguments)]
+
+    def run(self, command, *beside, seconds=20):
+        """What the command says, while the others run."""
+        others = [subprocess.Popen(other, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) for other in beside]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, timeout=seconds, env=environment)
+            output = done.stdout + done.stderr + (f"(status {done.returncode})" if done.returncode else "")
+        except subprocess.TimeoutExpired as error:
+            output = (error.stdout or b"").decode() + (error.stderr or b"").decode()
+        for other in others:
+            other.send_signal(signal.SIGINT)
+        return output, "".join(other.communicate(timeout=20)[0] for other in others)
+
+    def holds(self, packages, what, wanted, said):
+        check(f"{', '.join(packages)}: {what}", wanted in said[0] + said[1], wanted, *said)
+        for package in packages:
+            self.results.setdefault(package, []).append(what if wanted in said[0] + said[1] else f"FAILS: {what}")
+
+
+def runs(space):
+    program, own, work = space.program, "robot_programs", space.work
+    for name, text in (("arm.urdf", URDF), ("camera.yaml", CALIBRATION), ("analyzers.yaml", AGGREGATOR)):
+        (work / name).write_text(text)
+    static = program("tf2_ros", "static_transform_publisher", "--x", "1", "--frame-id", "map", "--child-frame-id", "base")
+    space.holds(["tf2", "tf2_ros"], "`tf2_echo` has the transform of another process", "- Translation: [1.000, 0.000, 0.000]",
+                space.run(program("tf2_ros", "tf2_echo", "map", "base"), static, seconds=6))
+    publisher = program("robot_state_publisher", "robot_state_publisher", work / "arm.urdf")
+    space.holds(["robot_state_publisher", "urdf", "urdfdom", "urdf_parser_plugin", "kdl_parser", "realtime_tools", "tf2_eigen", "tf2_geometry_msgs"],
+                "a joint that one process turns moves a point in another", "1.00 1.00 2.00\n1.00 1.00 2.00\n",
+                space.run(program(own, "look_up", "base", "tip"), publisher, program(own, "joints")))
+    space.holds(["message_filters"], "messages are paired by equal and by near stamps", "20 equal, 35 or more near",
+                space.run(program(own, "synchronize")))
+    space.holds(["pluginlib", "class_loader", "filters"], "a filter is loaded from its library", "mean of the last four: 3.50",
+                space.run(program(own, "filter")))
+    space.holds(["image_transport", "pluginlib"], "`list_transports` finds its plugin", "image_transport/raw",
+                space.run(program("image_transport", "list_transports")))
+    space.holds(["image_transport", "camera_info_manager", "camera_calibration_parsers"],
+                "images and their calibration come from another process", "4 x 2, fx 42.0",
+                space.run(program(own, "images", "receive"), program(own, "images", "send", f"file://{work}/camera.yaml")))
+    space.holds(["bondcpp", "bond", "smclib"], "a process sees that another one breaks the bond", "formed\nbroken\n",
+                space.run(program(own, "bonded"), program(own, "bonded", "breaks")))
+    example = program("diagnostic_updater", "example")
+    echo = [str(space.takt), "topic", "echo", "-n", "1", "--duration", "15s"]
+    space.holds(["diagnostic_updater"], "`takt topic echo /diagnostics` shows its statuses", 'message: "This is a silly updater."',
+                space.run([*echo, "/diagnostics"], example))
+    aggregator = program("diagnostic_aggregator", "aggregator_node", "--ros-args", "--params-file", work / "analyzers.yaml")
+    space.holds(["diagnostic_aggregator"], "its analyzers are loaded, and group the statuses", 'name: "/Robot/Example',
+                space.run([*echo[:3], "3", *echo[4:], "/diagnostics_agg"], example, aggregator))
+    space.holds(["self_test"], "a node tests itself when it is asked", "Self test",
+                space.run(program("self_test", "run_selftest", "self_test_example_node"),
+                          program("self_test", "selftest_example")))
+
+
+def commit_of(folder):
+    def git(*words):
+        done = subprocess.run(["git", "-C", folder, *words], capture_output=True, text=True, check=False)
+        return done.stdout.strip()
+    repository = re.sub(r"^https://|\.git$", "", git("remote", "get-url", "origin")) or "?"
+    return repository, git("log", "-1", "--format=%h of %cs") or "?"
+
+
+def page(space, packages, built, tests):
+    here = subprocess.run(["git", "-C", HERE, "rev-parse", "--short=9", "HEAD"], capture_output=True, text=True, check=False)
+    rows = []
+    for name, differs in PACKAGES.items():
+        if name in packages:
+            repository, commit = commit_of(packages[name].folder)
+            rows.append(f"| {name} | [{repository.removeprefix('github.com/')}](https://{repository}) | {commit} | "
+                        f"{'yes' if built[name] else '**no**'} | {tests.get(name, '')} | "
+                        f"{'; '.join(space.results.get(name, ['what needs it builds']))} | {differs} |")
+    return f"""# Libraries that robots link, from their sources
+
+{sum(built.values())} of {len(built)} packages build unchanged with `takt ros2 build`, of the sources named here. Their own tests are those that
+GoogleTest runs, one after the other.
+
+Made on {datetime.date.today()} at {here.stdout.strip()} by `rclcpp/cmake/upstream_test.py --record`, on {os.cpu_count()} CPUs, {platform.system()}
+{platform.release()}. No ROS 2 was there: that they talk with one was not tried.
+
+| package | repository | commit | builds | own tests pass | runs | what differs |
+|---|---|---|---|---|---|---|
+""" + "\n".join(rows) + "\n"
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("takt", type=pathlib.Path)
+    parser.add_argument("programs", type=pathlib.Path)
+    parser.add_argument("--work", type=pathlib.Path)
+    parser.add_argument("--record", type=pathlib.Path)
+    options = parser.parse_args()
+    upstream = os.environ.get("TAKT_UPSTREAM", "")
+    if not upstream:
+        skip("TAKT_UPSTREAM names no folder with clones of the libraries (docs/results/workspace.md lists them)")
+    with tempfile.TemporaryDirectory() as folder:
+        space = Workspace(options.takt.resolve(), (options.work or pathlib.Path(folder)).resolve())
+        space.work.mkdir(exist_ok=True)
+        packages = ros2_build.find_packages([pathlib.Path(upstream).resolve()])
+        built, tests = {}, {}
+        for name in PACKAGES:
+            if not (there := name in packages):
+                print(f"left out: {name}, as it is not in {upstream}")
+                continue
+            with_tests = "OFF" if name in WITHOUT_TESTS else "ON"
+            built[name] = there and space.build(name, packages[name].folder, "--cmake-args", f"-DBUILD_TESTING={with_tests}")
+            if built[name]:
+                tests[name] = "not built" if name in WITHOUT_TESTS else space.own_tests(name)
+        if space.build("robot_programs", options.programs):
+            runs(space)
+        if options.record:
+            options.record.write_text(page(space, packages, built, tests))
+    finish()
+
+
+main()
