@@ -95,6 +95,7 @@ void Simulation::take_machine() {
   }
   for (const ExecutorDescription& executor : system_.executors)
     are_named = are_named && !executor.threads.empty();
+  if (!system_.machine.rt_runtime) system_.machine.rt_runtime = kUsualRtRuntime;
   std::vector<int>& cpus = system_.machine.cpus;
   if (cpus.empty()) {
     if (are_named) {
@@ -169,7 +170,7 @@ struct Source {
 CpuModel::Options machine_of(const SystemDescription& system, const MeasuredModel* measured) {
   const MachineDescription& machine = system.machine;
   const analysis::Overheads overheads = overheads_of(machine, measured);
-  const Nanoseconds granted = machine.rt_runtime.value_or(kUsualRtRuntime);
+  const Nanoseconds granted = *machine.rt_runtime;
   CpuModel::Options options{
       .cpus = {},
       .change = Nanoseconds(overheads.context_switch),

@@ -1,6 +1,7 @@
 // takt simulate: a system under a virtual clock, on virtual CPUs.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <set>
 #include <utility>
@@ -17,8 +18,10 @@
 #include "takt/containers/simulation/simulation.hpp"
 #include "takt/executors/figures.hpp"
 #include "takt/measuring/output.hpp"
+#include "takt/measuring/rounds.hpp"
 #include "takt/measuring/run.hpp"
 
+#include "analyze/analyzed_file.hpp"
 #include "commands.hpp"
 #include "exit_status.hpp"
 #include "outputs.hpp"
@@ -104,23 +107,47 @@ const Simulated& worst_of(const std::vector<Simulated>& all, std::size_t chain) 
   });
 }
 
-void print_scenarios(const std::vector<Simulated>& all) {
+/// What else is known of chains, by name.
+struct Known {
+  std::map<std::string, Nanoseconds> observed, bounds;
+};
+
+/// By the analysis, on the same machine. Call it when no simulation is under way: nodes have names.
+Known known_of(SystemDescription system, const Simulation& simulation, const Options& options) {
+  AnalyzeOptions how{.model = options.model, .overrides = {}, .is_for_here = false};
+  how.overrides.executor = options.executor;
+  how.overrides.placement = parse_placement(options.placement);
+  how.overrides.scheduler = options.scheduler;
+  system.machine = simulation.system().machine;
+  const AnalyzedFile file = analyze_system(std::move(system), how);
+  Known result;
+  for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
+    const SystemModel::Chain& chain = file.model.chains[i];
+    if (const auto bound = file.bounds.chains[i].bound) result.bounds[chain.name] = *bound;
+    if (chain.observed != Nanoseconds::zero()) result.observed[chain.name] = chain.observed;
+  }
+  return result;
+}
+
+void print_worst(const std::vector<Simulated>& all, const Known& known) {
   if (all.front().run.chains.empty()) return;
-  Table table({"chain", "max", "of deadline", "in the run with"});
+  const auto cell = [](const std::map<std::string, Nanoseconds>& times, const std::string& chain) {
+    const auto found = times.find(chain);
+    return found != times.end() ? microseconds(found->second) : "-";
+  };
+  Table table({"chain", "deadline", "observed", "simulated", "bound", "simulated in the run with"});
   for (std::size_t i = 0; i < all.front().run.chains.size(); ++i) {
     const auto& [run, scenario] = worst_of(all, i);
     const rt::Run::Chain& chain = run.chains[i];
-    const Nanoseconds longest = chain.statistics.latency.max();
-    const auto deadline = static_cast<double>(chain.deadline.count());
-    const bool has_one = chain.deadline != Nanoseconds::zero();
-    table.add({chain.name, chain.statistics.instances == 0 ? "-" : microseconds(longest),
-               has_one
-                   ? fmt::format("{:.0f} %", 100 * static_cast<double>(longest.count()) / deadline)
-                   : "-",
+    const bool has_deadline = chain.deadline != Nanoseconds::zero();
+    table.add({chain.name, has_deadline ? microseconds(chain.deadline) : "-",
+               cell(known.observed, chain.name),
+               chain.statistics.instances == 0 ? "-" : microseconds(chain.statistics.latency.max()),
+               cell(known.bounds, chain.name),
                fmt::format("--seed {} --phases {} --times {}", scenario.seed,
                            word_of(scenario.phases), word_of(scenario.times))});
   }
-  table.print("the longest that each chain took (simulated; in µs)");
+  table.print("the longest latencies: of the model's run, of these runs, and of any (in µs)");
 }
 
 /// The run in which a chain came closest to its deadline; the first one if there are no chains.
@@ -166,7 +193,7 @@ void write_worst_trace(const Simulation& simulation, const Scenario& scenario,
 }
 
 json document_of(const std::vector<Simulated>& all, const Simulation& simulation,
-                 const Options& options) {
+                 const Known& known, const Options& options) {
   json runs = json::array();
   for (const auto& [run, scenario] : all) {
     json row = rt::run_json(run, options.histograms);
@@ -179,6 +206,8 @@ json document_of(const std::vector<Simulated>& all, const Simulation& simulation
       {"takt", {{"version", TAKT_VERSION}}},
       {"simulated", {{"cpus", simulation.system().machine.cpus}, {"notes", simulation.notes()}}},
       {"runs", std::move(runs)}};
+  json& bounds = result["bounds_us"] = json::object();
+  for (const auto& [chain, bound] : known.bounds) bounds[chain] = rt::us(bound);
   if (options.histograms) result["bucket_limits_us"] = rt::bucket_limits_us();
   return result;
 }
@@ -238,15 +267,16 @@ void run(const Options& options) {
   const std::vector<Simulated> all = simulate(simulation, options);
   std::set<std::string> notes(simulation.notes().begin(), simulation.notes().end());
   notes.insert(all.front().run.notes.begin(), all.front().run.notes.end());
+  const Known known = known_of(system, simulation, options);
   const bool prints = options.json != "-";
   if (prints) {
     for (const std::string& note : notes) rt::to_stderr("note: {}\n", note);
     rt::print("simulated: {} of {} on CPUs {}, from seed {}\n\n", counted(all.size(), "run"),
               options.duration, fmt::join(simulation.system().machine.cpus, ","), options.seed);
     print_result(merged(all));
-    print_scenarios(all);
+    print_worst(all, known);
   }
-  if (!options.json.empty()) write_json(document_of(all, simulation, options), options.json);
+  if (!options.json.empty()) write_json(document_of(all, simulation, known, options), options.json);
   if (!options.trace.empty()) {
     how.overrides.trace_events = kMostTraceEvents;
     write_worst_trace(Simulation(system, how), worst_scenario(all), options);

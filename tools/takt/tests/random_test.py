@@ -36,6 +36,26 @@ with tempfile.TemporaryDirectory() as folder:
     check("30 systems", all(status == (0, "", "") for status in statuses), statuses)
     texts = [open(path, encoding="utf-8").read() for path in paths]
     check("another seed gives another system", len({text.split("\n", 1)[1] for text in texts}) == len(texts))
+
+    # A simulation is the same everywhere: also on one CPU, at another priority, and beside others.
+    os.chdir(folder)
+    words = ["simulate", "6.yaml", "--runs", "4", "--duration", "2s", "--json", "-"]
+    first = run(*words)
+    one = str(min(os.sched_getaffinity(0)))
+    elsewhere = subprocess.run(["taskset", "-c", one, "nice", takt, *words], env=environment, text=True, capture_output=True, timeout=120)
+    check("a simulation is the same elsewhere", first[1] == elsewhere.stdout and first[1].count("chain_"), first, elsewhere.stderr)
+    shown = json.loads(first[1])
+    for chain in range(len(shown["runs"][0]["chains"])):
+        worst = max(shown["runs"], key=lambda result: result["chains"][chain]["latency_us"]["max"] or 0)
+        again = [word for key, value in worst["scenario"].items() for word in (f"--{key}", str(value))]
+        repeated = json.loads(run("simulate", "6.yaml", *again, "--duration", "2s", "--json", "-")[1])
+        check("a run can be repeated", repeated["runs"][0]["chains"] == worst["chains"], again)
+    misses = any(chain["misses"] for result in shown["runs"] for chain in result["chains"])
+    check("a missed deadline is its status", first[0] == (1 if misses else 0), first[0])
+    run("simulate", "6.yaml", "--runs", "3", "--trace", "trace.json")
+    with open("trace.json", encoding="utf-8") as file:
+        rows = {event["args"]["name"] for event in json.load(file)["traceEvents"] if event["name"] == "thread_name"}
+    check("the timeline has the CPUs", any(row.startswith("CPU ") for row in rows), rows)
     check("lines of a person's length", max(len(line) for text in texts for line in text.splitlines()[1:]) < 130)
 
     line = texts[2].splitlines()[0]
