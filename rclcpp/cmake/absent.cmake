@@ -3,7 +3,7 @@
 # a FindNAME.cmake, which CMake asks first; takt ros2 build reads the same lists.
 
 # Written in C++ upon rclcpp, or upon nothing of ROS 2: they are built as any other package. Each line is
-# the place of a repository, and its packages.
+# the place of a repository, the branch of it that was tried, and its packages.
 set(takt_ros2_absent_source
     "github.com/christianrauch/apriltag_msgs apriltag_msgs"
     "github.com/clalancette/sophus sophus"
@@ -19,14 +19,14 @@ set(takt_ros2_absent_source
     "github.com/pal-robotics/pal_statistics pal_statistics"
     "github.com/ros-controls/control_msgs control_msgs"
     "github.com/ros-controls/control_toolbox control_toolbox"
-    "github.com/ros-controls/realtime_tools realtime_tools"
-    "github.com/ros-controls/ros2_control controller_interface controller_manager controller_manager_msgs hardware_interface joint_limits transmission_interface"
+    "github.com/ros-controls/realtime_tools@jazzy realtime_tools"
+    "github.com/ros-controls/ros2_control@jazzy controller_interface controller_manager controller_manager_msgs hardware_interface joint_limits transmission_interface"
     "github.com/ros-controls/ros2_controllers joint_trajectory_controller"
-    "github.com/ros-controls/ros2_control_cmake ros2_control_cmake"
+    "github.com/ros-controls/ros2_control_cmake@master ros2_control_cmake"
     "github.com/ros-drivers/ackermann_msgs ackermann_msgs"
     "github.com/ros-drivers/joystick_drivers joy"
     "github.com/ros-geographic-info/geographic_info geodesy geographic_msgs"
-    "github.com/ros-perception/image_common camera_calibration_parsers camera_info_manager image_transport"
+    "github.com/ros-perception/image_common@jazzy camera_calibration_parsers camera_info_manager image_transport"
     "github.com/ros-perception/image_pipeline depth_image_proc image_proc"
     "github.com/ros-perception/laser_geometry laser_geometry"
     "github.com/ros-perception/pcl_msgs pcl_msgs"
@@ -39,24 +39,24 @@ set(takt_ros2_absent_source
     "github.com/ros-tooling/libstatistics_collector libstatistics_collector"
     "github.com/ros-tooling/topic_tools topic_tools_interfaces"
     "github.com/ros-visualization/interactive_markers interactive_markers"
-    "github.com/ros/angles angles"
-    "github.com/ros/bond_core bond bondcpp smclib"
-    "github.com/ros/diagnostics diagnostic_aggregator diagnostic_updater self_test"
-    "github.com/ros/filters filters"
-    "github.com/ros/kdl_parser kdl_parser"
-    "github.com/ros/pluginlib pluginlib"
+    "github.com/ros/angles@ros2 angles"
+    "github.com/ros/bond_core@ros2 bond bondcpp smclib"
+    "github.com/ros/diagnostics@ros2-jazzy diagnostic_aggregator diagnostic_updater self_test"
+    "github.com/ros/filters@ros2 filters"
+    "github.com/ros/kdl_parser@rolling kdl_parser"
+    "github.com/ros/pluginlib@rolling pluginlib"
     "github.com/ros/resource_retriever resource_retriever"
-    "github.com/ros/robot_state_publisher robot_state_publisher"
+    "github.com/ros/robot_state_publisher@rolling robot_state_publisher"
     "github.com/ros/ros_tutorials turtlesim"
     "github.com/ros2/common_interfaces sensor_msgs_py"
-    "github.com/ros2/geometry2 tf2 tf2_bullet tf2_eigen tf2_eigen_kdl tf2_geometry_msgs tf2_kdl tf2_ros tf2_sensor_msgs"
-    "github.com/ros2/message_filters message_filters"
+    "github.com/ros2/geometry2@jazzy tf2 tf2_bullet tf2_eigen tf2_eigen_kdl tf2_geometry_msgs tf2_kdl tf2_ros tf2_sensor_msgs"
+    "github.com/ros2/message_filters@jazzy message_filters"
     "github.com/ros2/performance_test_fixture performance_test_fixture"
     "github.com/ros2/rosbag2 rosbag2_interfaces"
-    "github.com/ros2/rcl_interfaces test_msgs"
+    "github.com/ros2/rcl_interfaces@jazzy test_msgs"
     "github.com/ros2/rviz rviz_common"
-    "github.com/ros2/test_interface_files test_interface_files"
-    "github.com/ros2/urdf urdf urdf_parser_plugin"
+    "github.com/ros2/test_interface_files@jazzy test_interface_files"
+    "github.com/ros2/urdf@ros2 urdf urdf_parser_plugin"
     "github.com/rudislabs/actuator_msgs actuator_msgs"
     "github.com/swri-robotics/gps_umd gps_msgs"
     "github.com/ANYbotics/grid_map grid_map_msgs"
@@ -65,7 +65,7 @@ set(takt_ros2_absent_source
     "github.com/PX4/px4_msgs px4_msgs"
     "github.com/PickNikRobotics/RSL rsl"
     "github.com/PickNikRobotics/cpp_polyfills tcb_span tl_expected"
-    "github.com/PickNikRobotics/generate_parameter_library generate_parameter_library parameter_traits")
+    "github.com/PickNikRobotics/generate_parameter_library@main generate_parameter_library parameter_traits")
 
 # They are parts of ROS 2 whose place Takt takes, or that need a part of ROS 2 that it does not have.
 set(takt_ros2_absent_never

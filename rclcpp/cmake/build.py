@@ -193,8 +193,8 @@ def list_of(kind):
 
 
 def sources():
-    """Package -> the place of its source."""
-    return {name: words.split()[0] for words in re.findall(r'"([^"]*)"', list_of("source"))
+    """Package -> the place of its source, and the branch that was tried."""
+    return {name: words.split()[0].replace("@", ", branch ") for words in re.findall(r'"([^"]*)"', list_of("source"))
             for name in words.split()[1:]}
 
 

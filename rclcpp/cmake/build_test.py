@@ -242,7 +242,7 @@ def test_what_is_missing(work):
     check("what is missing is listed before anything is built", status == 0 and output == "[1/2] one\n[2/2] other\n", output, errors)
     for message in ("note: one asks for tf2_ros, whose source is to be built before: https://github.com/",
                     "note: one asks for rosbag2_cpp, which Takt's layer for rclcpp can never have\n",
-                    "note: other asks for urdf, whose source is to be built before: https://github.com/ros2/urdf\n",
+                    "note: other asks for urdf, whose source is to be built before: https://github.com/ros2/urdf, branch ros2\n",
                     "https://index.ros.org/p/NAME: a_driver (for one, other)\n"):
         check(f"'{message.strip()}'", message in errors, errors)
     check("and nothing else", len(errors.splitlines()) == 4, errors)

@@ -26,7 +26,7 @@ from checks import check, environment, finish, skip  # noqa: E402
 # In an order in which they can be built. What differs is said where it does.
 PACKAGES = {
     "angles": "", "tf2": "", "message_filters": "its tests in Python are left out",
-    "tf2_ros": "two of its tests give one name to an action: they fail if they run at the same time, also in ROS 2",
+    "tf2_ros": "two of its tests give one name to an action: they fail if they run at the same time on a domain",
     "tf2_eigen": "", "tf2_kdl": "", "tf2_geometry_msgs": "", "tf2_sensor_msgs": "", "tf2_eigen_kdl": "",
     "diagnostic_updater": "its nodes in Python are left out", "self_test": "", "class_loader": "", "pluginlib": "",
     "diagnostic_aggregator": "its tests, which launch needs, are left out", "urdfdom_headers": "it has no package.xml", "urdfdom": "",
