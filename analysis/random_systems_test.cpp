@@ -231,5 +231,24 @@ TEST(RandomSystems, NoResponseIsLongerThanAnyBound) {
   }
 }
 
+TEST(Analysis, MoreOverheadLowersNoBound) {
+  for (std::uint64_t seed = 1; seed <= 200 / testing::kFewerSanitized; ++seed) {
+    testing::RandomSystem random(seed, {.has_overheads = true, .has_periods = true});
+    Bounds before = analyze(random.system, {.limit = 100'000});
+    for (Time Overheads::*const overhead :
+         {&Overheads::dispatch, &Overheads::wake, &Overheads::context_switch}) {
+      random.system.overheads.*overhead += 2;
+      const Bounds after = analyze(random.system, {.limit = 100'000});
+      for (std::size_t i = 0; i < after.callbacks.size(); ++i) {
+        EXPECT_GE(after.callbacks[i].bound, before.callbacks[i].bound) << "seed " << seed;
+      }
+      for (std::size_t i = 0; i < after.chains.size(); ++i) {
+        EXPECT_GE(after.chains[i].bound, before.chains[i].bound) << "seed " << seed;
+      }
+      before = after;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace takt::analysis
