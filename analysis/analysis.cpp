@@ -26,7 +26,10 @@ std::string reason(const Executor& executor, const std::vector<MethodBound>& ans
   std::string result = answers.front().why_not;
   for (const MethodBound& answer : answers) {
     const MethodTraits traits = methods().traits(answer.method);
-    if (executor.let_period > 0 ? traits.is_for_let : traits.is_general) result = answer.why_not;
+    const bool is_telling = executor.let_period > 0 ? traits.is_for_let
+                            : executor.levels > 0   ? traits.is_for_preemption
+                                                    : traits.is_general;
+    if (is_telling) result = answer.why_not;
   }
   return result.empty() ? "it is above the limit of the analysis" : result;
 }
@@ -36,7 +39,7 @@ std::string reason(const Executor& executor, const std::vector<MethodBound>& ans
 Solver::Solver(const System& system, const Options& options)
     : system_(system), limit_(options.limit) {
   for (const std::string& name : options.methods.empty() ? methods().names() : options.methods) {
-    methods_.push_back({name, methods().make(name), methods().traits(name).is_for_let});
+    methods_.push_back({name, methods().make(name), methods().traits(name)});
   }
   order_callbacks();
   for (const Executor& executor : system_.executors) {
@@ -206,7 +209,7 @@ void Solver::analyse(AnalysedPath& analysed) const {
   const Executor& executor = analysed.path.part.executor;
   analysed.answers.clear();
   Time least = kUnbounded;
-  for (const auto& [name, method, is_for_let] : methods_) {
+  for (const auto& [name, method, traits] : methods_) {
     Answer answer;
     if (!executor.unknown.empty()) {
       answer = Answer::none(executor.unknown);
@@ -214,9 +217,12 @@ void Solver::analyse(AnalysedPath& analysed) const {
       answer = Answer::none("its threads have no CPUs of their own");
     } else if (executor.threads > 1 && analysed.path.part.is_throttled) {
       answer = Answer::none("Linux may throttle its real-time threads (`machine: rt_runtime`)");
-    } else if (is_for_let != (executor.let_period > 0)) {
-      answer = Answer::none(is_for_let ? "it does not run by logical execution time"
-                                       : "it runs by logical execution time");
+    } else if (traits.is_for_let != (executor.let_period > 0)) {
+      answer = Answer::none(traits.is_for_let ? "it does not run by logical execution time"
+                                              : "it runs by logical execution time");
+    } else if (traits.is_for_preemption != (executor.levels > 0)) {
+      answer = Answer::none(traits.is_for_preemption ? "its callbacks do not interrupt each other"
+                                                     : "its callbacks interrupt each other");
     } else {
       answer = method->bound(analysed.path);
     }
@@ -388,8 +394,13 @@ CallbackBound Solver::bound(std::size_t callback) const {
 Bounds analyze(const System& given, const Options& options) {
   check(given);
   System system = given;
+  const auto& [dispatch, wake, context_switch] = given.overheads;
   for (Callback& callback : system.callbacks) {
-    callback.execution = plus(callback.execution, given.overheads.dispatch);
+    // Where callbacks interrupt each other, a worker may look when it arrives, and the next one
+    // when it begins: each comes and goes.
+    const bool interrupts = system.executors[callback.executor].levels > 0;
+    const Time each = interrupts ? times(3, plus(dispatch, times(2, context_switch))) : dispatch;
+    callback.execution = plus(callback.execution, each);
   }
   const Solver solver(system, options);
   Bounds result;

@@ -280,7 +280,6 @@ TEST(Analysis, AJoinWaitsForTheOtherInputsAtMost) {
   EXPECT_GT(chain(0), 100);  // what may be lost does not come
 }
 
-// 2000 timers were refused without a line, and 500 took 5 s.
 TEST(Analysis, AThousandTimersOfAnExecutorAreQuick) {
   std::vector<Task> many;
   for (Time i = 0; i < 1000; ++i) many.push_back({1, 10'000 + 100 * (i % 20), 1000});
@@ -315,10 +314,7 @@ TEST(Analysis, RefusesWhatIsNoSystem) {
   refuses([](System& system) { system.callbacks[0].outputs[0].least_delay = 1; });
   refuses([](System& system) { system.chains[0].callbacks = {}; });
   refuses([](System& system) { system.chains[0].callbacks = {5}; });
-  constexpr Time kTooLong = kUnbounded + 1;  // sums of it overflowed, and were small
-  refuses([](System& system) { system.callbacks[0].execution = kTooLong; });
-  refuses([](System& system) { system.callbacks[0].outputs[0].delay = kTooLong; });
-  refuses([](System& system) { system.overheads.wake = kTooLong; });
+  refuses([](System& system) { system.callbacks[0].execution = kUnbounded + 1; });
 }
 
 // PiCAS, as published, finds 6 for B: it leaves out that A comes late, and so twice in short.

@@ -169,6 +169,8 @@ struct MethodTraits {
   bool is_general = false;
   /// It is for logical execution time; the others are not.
   bool is_for_let = false;
+  /// It is for callbacks that interrupt each other; the others are not.
+  bool is_for_preemption = false;
 };
 using MethodRegistry = Registry<Method, MethodTraits>;
 /// All methods of this process by name.

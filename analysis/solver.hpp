@@ -62,7 +62,7 @@ class Solver {
   struct Applied {
     std::string name;
     std::unique_ptr<Method> method;
-    bool is_for_let;
+    MethodTraits traits;
   };
   std::vector<Applied> methods_;
   std::vector<std::size_t> ordered_;  // callbacks, senders first

@@ -39,6 +39,9 @@ void check(const System& system) {
   const auto is_time = [](Time time) { return time >= 0 && time <= kUnbounded; };
   for (const Executor& executor : system.executors) {
     refuse_unless(executor.threads > 0, executor.name, "an executor has one thread at least");
+    refuse_unless(executor.levels == 0 || (executor.threads == 1 && !executor.is_wait_set),
+                  executor.name,
+                  "callbacks interrupt each other on one CPU, without polling points");
     refuse_unless(executor.let_period >= 0, executor.name, "a period is not negative");
     refuse_unless(executor.early_wake >= 0 && executor.spin >= 0, executor.name,
                   "what it spins is not negative");

@@ -53,6 +53,8 @@ struct Executor {
   /// Callbacks become ready at polling points; otherwise at once.
   bool is_wait_set = false;
   std::size_t threads = 1;
+  /// Its callbacks interrupt each other, up to so many at a time, on one CPU. 0: they do not.
+  std::size_t levels = 0;
   /// Logical execution time: at the end of every such period it takes one input of each callback,
   /// runs these, and sends what they publish at the end of the next. 0: it does not.
   Time let_period = 0;

@@ -4,6 +4,7 @@
 #define TAKT_CALLBACK_GROUPS_CALLBACK_GROUP_HPP_
 
 #include <atomic>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
@@ -104,6 +105,9 @@ class alignas(64) Exclusion {
     }
     return busy_ = true;
   }
+  /// The highest preemption level in the group, see WorkersPolicy::levels.
+  std::uint32_t ceiling() const noexcept { return ceiling_; }
+  void set_ceiling(std::uint32_t ceiling) noexcept { ceiling_ = ceiling; }
   /// Whether it would admit a callback now.
   bool is_free() const noexcept { return !busy_; }
   bool is_reentrant() const noexcept { return type_ == CallbackGroupType::Reentrant; }
@@ -123,6 +127,7 @@ class alignas(64) Exclusion {
  private:
   const CallbackGroupType type_;
   bool busy_ = false;
+  std::uint32_t ceiling_ = 0;
   std::size_t parked_ = 0;
   std::unique_ptr<Scheduler> parking_;
 };

@@ -1,10 +1,12 @@
 // The executors that a container makes, and what runs on which.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "takt/base/available_cpus.hpp"
 #include "takt/base/counted.hpp"
 #include "takt/containers/container_parts.hpp"
 
@@ -38,6 +40,26 @@ std::string override(ExecutorDescription& executor, const ContainerOverrides& ov
   return fmt::format("{}", fmt::join(unused, ", "));
 }
 
+// A band from the most urgent of these threads on, where another type takes the place of the
+// file's.
+std::vector<ThreadAttributes> band_from(const std::vector<ThreadAttributes>& threads) {
+  constexpr int kLevels = 8, kHighest = 99;
+  const auto best = std::max_element(threads.begin(), threads.end(), [](auto& a, auto& b) {
+    return std::tuple(a.policy == ThreadPolicy::fifo, a.priority) <
+           std::tuple(b.policy == ThreadPolicy::fifo, b.priority);
+  });
+  if (best == threads.end() || best->policy != ThreadPolicy::fifo) return {};
+  std::vector<ThreadAttributes> band;
+  const int lowest = std::min(best->priority, kHighest - kLevels + 1);
+  for (int priority = lowest; priority < lowest + kLevels; ++priority) {
+    ThreadAttributes& thread = band.emplace_back(*best);
+    thread.name = fmt::format("{}-{}", best->name, priority);
+    thread.priority = priority;
+    thread.affinity = {best->affinity.empty() ? available_cpus().front() : best->affinity.front()};
+  }
+  return band;
+}
+
 }  // namespace
 
 void Container::make_executor(const ExecutorDescription& executor) {
@@ -55,6 +77,12 @@ void Container::make_executor(const ExecutorDescription& executor) {
   const std::size_t most = executors().traits(made.type).max_threads;
   for (const std::string& name : made.threads) {
     if (options.threads.size() < most) options.threads.push_back(thread(name));
+  }
+  if (!overrides_.executor.empty() && executors().traits(made.type).takes_band) {
+    options.threads = band_from(options.threads);
+    unused = options.threads.empty() ? "its threads: without SCHED_FIFO nothing interrupts"
+                                     : fmt::format("its threads, but a band from '{}' on",
+                                                   options.threads.front().name);
   }
   RunningExecutor& running = executors_->add(made.name, executors().make(made.type, options));
   running.description = std::move(made);

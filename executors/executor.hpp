@@ -60,6 +60,7 @@ struct ExecutorTraits {
   bool frozen = false;            // nothing is added or removed after the first spin
   bool triggered = false;         // takes a trigger, and a period
   bool isolates = false;          // a thread for each node or group: ExecutorOptions::per
+  bool takes_band = false;        // its threads are a band of priorities, the lowest first
   /// Makes its rule, which may be nullptr: each callback is served. Throws Error.
   std::unique_ptr<Rule> (*rule)(const ExecutorOptions&) = nullptr;
   /// Makes its workers' policy, which may be nullptr: any worker takes each callback. Throws Error.

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "takt/base/visibility.hpp"
 #include "takt/executors/rule.hpp"
@@ -25,8 +26,9 @@ inline constexpr std::size_t kMostWorkers = 64;
 /// worker leaves to others, and gets them back at once, in the order in which it gave them.
 ///
 /// Thread safety: control threads ask, one at a time; it must only read what never changes.
-/// Real-time: it may allocate. What its answers cost a dispatch: O(callbacks that wait for other
-/// workers, × log n) for the choice, O(workers × timers) to see who else must wake up.
+/// Real-time: it may allocate, but in `precedes`. What its answers cost a dispatch: O(callbacks
+/// that wait for other workers, × log n) for the choice, O(workers × timers) to see who else must
+/// wake up.
 class WorkersPolicy {
  public:
   virtual ~WorkersPolicy() = default;
@@ -34,6 +36,23 @@ class WorkersPolicy {
   /// Throws Error to refuse the callback; an empty set is an Error.
   virtual WorkerSet workers_of(const NamedCallback& callback,
                                std::span<const ThreadAttributes> workers) const = 0;
+
+  // ---- Workers that interrupt each other ----
+
+  /// Linux runs the later one of two workers first. A callback that may interrupt what runs begins
+  /// on the next worker, and what it interrupts goes on afterwards; any other one waits until a
+  /// callback has ended. Never changes.
+  virtual bool interrupts() const noexcept { return false; }
+  /// The preemption levels (Baker: "Stack-Based Scheduling of Realtime Processes", Real-Time
+  /// Systems 1991) of all callbacks, one for each, from 1. A callback interrupts another one only
+  /// if its level is above those of all callbacks in the other one's group. Asked when callbacks
+  /// change. May throw Error.
+  virtual std::vector<std::uint32_t> levels(std::span<const CallbackInfo> callbacks) const {
+    return std::vector<std::uint32_t>(callbacks.size(), 1);
+  }
+  /// Whether the first of two, with the higher level, comes before the second one in the order. On
+  /// dispatching threads, with the executor's lock: neither blocks nor allocates.
+  virtual bool precedes(const ReadyCallback&, const ReadyCallback&) const noexcept { return true; }
 };
 
 }  // namespace takt

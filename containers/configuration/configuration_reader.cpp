@@ -62,7 +62,8 @@ SystemDescription ConfigurationReader::read(const Value& root) {
   check_number_of_containers(root);
   check_that_loading_can_be_asked_for(root);
   check_watching(root);
-  check_cpus_of_threads(root);
+  check_cpus_of_threads();
+  threads_.check_bands();
   if (const Value* executors = document::find(root, "executors"); executors != nullptr) {
     errors_.passes(executors->line, [this] { check_admission(executors_threads_); });
     if (errors_.size() == 0) errors_.passes(executors->line, [this] { check_spinning_threads(); });

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "takt/containers/configuration/file_threads.hpp"
 #include "takt/containers/configuration/system_reader.hpp"
 #include "takt/containers/set_callback_parameters.hpp"
 
@@ -43,6 +44,7 @@ class ConfigurationReader : private SystemReader {
   bool passes(const Value& thread, std::string_view key, const std::function<void()>& check);
   Read into_policy(ThreadPolicy& policy);
   void read_cpu(const Value& value, std::vector<int>& cpus);
+  Read into_priority(int& priority, int& highest);
 
   // DDS
   void read_dds(const Value& value);
@@ -64,7 +66,7 @@ class ConfigurationReader : private SystemReader {
   Read into_cpus(std::vector<int>& cpus);
   void read_overheads(const Value& value);
   void read_speed(const Value& value);
-  void check_cpus_of_threads(const Value& root);
+  void check_cpus_of_threads();
   /// `machine: cpus` need not be here: then threads are checked against these.
   bool names_cpus_ = false;
   Field waits_field(std::optional<Nanoseconds>& waits);
@@ -82,7 +84,6 @@ class ConfigurationReader : private SystemReader {
   void read_executors_thread(const Value& thread, ExecutorDescription& executor, Threads& threads);
   Read into_trigger(TriggerOptions& trigger);
   void check_spinning_threads();
-  ThreadAttributes find_thread(int line, const std::string& name);
   Read into_executor(std::string& target);
 
   // Containers
@@ -131,7 +132,7 @@ class ConfigurationReader : private SystemReader {
 
   const LoadPolicy* policy_ = nullptr;  // applies to requests; nullptr: a file may load anything
   std::set<std::string> broken_;        // schedulers and wait back ends, which were reported
-  std::map<std::string, ThreadAttributes> threads_;
+  FileThreads threads_{errors_};
   Threads executors_threads_;                   // of all executors
   std::set<std::string> executors_{"default"};  // exists in every system
 };

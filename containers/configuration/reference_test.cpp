@@ -79,7 +79,7 @@ TEST(Reference, ListsValuesAsTheirReadersAcceptThem) {
   EXPECT_EQ(find("the file", "containers").value, "list, each [a container](#a-container)");
   EXPECT_EQ(find("the file", "chains").value, "`auto`, or list, each [a chain](#a-chain)");
   EXPECT_EQ(find("dds", "domain").value, "integer, 0 to 230");
-  EXPECT_EQ(find("a thread", "priority").value, "integer");
+  EXPECT_EQ(find("a thread", "priority").value, "integer, or a band such as `60..68`");
   EXPECT_EQ(find("a thread", "runtime").value, "duration");
   EXPECT_EQ(find("a thread", "affinity").value, "list, each integer from 0");
   EXPECT_EQ(find("an executor", "trigger").value, "`any`, `all`, or [a trigger](#a-trigger)");

@@ -42,6 +42,57 @@ TEST_F(ThreadsAndExecutors, RefusesThreadsThatCannotBe) {
             "robot.yaml:1: 'affinity[0]' is -1; write an integer from 0 to 2147483647\n");
 }
 
+TEST_F(ThreadsAndExecutors, ReadsABandAsAThreadForEachPriority) {
+  const SystemDescription system = read(
+      "threads: {urgent: {policy: SCHED_FIFO, priority: 60..62, affinity: [0]}}\n"
+      "executors: {fast: {type: preemptive, threads: [urgent]}}\n"
+      "container: {components: [{component: takt::Workload}]}\n");
+  EXPECT_EQ(system.executors.at(0).threads,
+            (std::vector<std::string>{"urgent-60", "urgent-61", "urgent-62"}));
+  ASSERT_EQ(system.threads.size(), 3u);
+  EXPECT_EQ(system.threads[2].attributes.name, "urgent-62");
+  EXPECT_EQ(system.threads[2].attributes.priority, 62);
+  EXPECT_EQ(system.threads[2].attributes.affinity, std::vector<int>{0});
+}
+
+TEST_F(ThreadsAndExecutors, RefusesBandsThatCannotBe) {
+  const auto band = [](const std::string& attributes) {
+    return errors_of("threads:\n  urgent: {" + attributes +
+                     "}\nexecutors: {fast: {type: preemptive, threads: [urgent]}}\n");
+  };
+  const std::string fifo = "policy: SCHED_FIFO, affinity: [0], priority: ";
+  EXPECT_EQ(band(fifo + "60..68"), "no error\n");
+  EXPECT_THAT(band(fifo + "68..60"), StartsWith("robot.yaml:2: the band 68..60 of thread 'urgent' "
+                                                "does not have 2 to 64 priorities of 1 to 99"));
+  EXPECT_THAT(band(fifo + "90..100"), HasSubstr("does not have 2 to 64 priorities"));
+  EXPECT_THAT(band(fifo + "60..x"), HasSubstr("write a priority, or a band such as 60..68"));
+  EXPECT_THAT(band("policy: SCHED_FIFO, priority: 60..68"), HasSubstr("is not on one CPU"));
+  EXPECT_THAT(band("policy: SCHED_RR, affinity: [0], priority: 60..68"),
+              HasSubstr("is one of SCHED_RR; choose `policy: SCHED_FIFO`"));
+  EXPECT_THAT(band(fifo + "60"), HasSubstr("thread 'urgent' has one priority, and executor 'fast' "
+                                           "of type 'preemptive' takes a band"));
+  const std::string threads = "threads:\n  urgent: {" + fifo + "60..68}\n";
+  EXPECT_EQ(
+      errors_of(threads + "  log: {policy: SCHED_FIFO, priority: 68}\n"),
+      "robot.yaml:3: thread 'log' may run on CPU 0 with priority 68, inside the band 60..68 of "
+      "'urgent'; give it a priority outside of the band, or another CPU\n");
+  EXPECT_EQ(errors_of(threads + "  log: {policy: SCHED_FIFO, priority: 69}\n"), "no error\n");
+  EXPECT_THAT(errors_of(threads + "  urgent-61: {}\n"),
+              HasSubstr("'urgent-61' is one of a band's"));
+  EXPECT_THAT(errors_of(threads + "executors: {e: {type: events, threads: [urgent]}}\n"),
+              HasSubstr("has a band of priorities, which executor 'e' of type 'events' does not"));
+  EXPECT_THAT(errors_of(threads + "dds: {threads: urgent}\n"),
+              HasSubstr("thread 'urgent' has a band of priorities; name one with one priority"));
+  EXPECT_THAT(errors_of(threads + "executors:\n  a: {type: preemptive, threads: [urgent]}\n"
+                                  "  b: {type: preemptive, threads: [urgent]}\n"),
+              StartsWith("robot.yaml:5: the band of thread 'urgent' is executor 'a's; give each "));
+  EXPECT_THAT(errors_of("executors: {e: {type: preemptive}}\n"),
+              HasSubstr("executor 'e' of type 'preemptive' has no threads"));
+  EXPECT_THAT(errors_of(threads + "executors: {e: {type: preemptive, scheduler: ros, threads: "
+                                  "[urgent]}}\n"),
+              HasSubstr("executor 'e' cannot interrupt by the order of 'ros'; choose a scheduler"));
+}
+
 TEST_F(ThreadsAndExecutors, ReadsReservations) {
   const SystemDescription system = read(
       "threads: {a: {policy: SCHED_DEADLINE, runtime: 800us, deadline: 5ms, period: 10ms}}\n"

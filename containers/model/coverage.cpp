@@ -352,6 +352,7 @@ constexpr CoverageEntry kTable[] = {
     {"an executor type", "frozen", kIrrelevant, "refuses additions"},
     {"an executor type", "triggered", kUsed, "part_of"},
     {"an executor type", "isolates", kUsed, "part_of"},
+    {"an executor type", "takes_band", kUsed, "add_threads, of the type preemptive"},
     {"an executor type", "rule", kUsed, "part_of: no method knows one of a library"},
     {"an executor type", "workers", kUsed, "part_of: no method knows one of a library"},
     {"an executor type", "keys", kNotCovered,

@@ -16,6 +16,11 @@
 namespace takt {
 namespace {
 
+// Takt's own: a library may bring another policy for a band.
+bool is_preemptive(const std::string& type) {
+  return type == "preemptive";
+}
+
 std::optional<Nanoseconds> some(Nanoseconds time) {
   return time != Nanoseconds::zero() ? std::optional(time) : std::nullopt;
 }
@@ -120,7 +125,7 @@ std::size_t ModelBuilder::part_of(const ModelledProcess& process,
     executor.unknown = "its trigger may wait for ever; there are bounds for `any` only";
   } else if (traits.rule != nullptr && !traits.triggered) {
     executor.unknown = fmt::format("no method knows the rule of type '{}'", description->type);
-  } else if (traits.workers != nullptr) {
+  } else if (traits.workers != nullptr && !is_preemptive(description->type)) {
     executor.unknown =
         fmt::format("no method knows the workers' policy of type '{}'", description->type);
   }
@@ -147,6 +152,10 @@ void ModelBuilder::add_threads(const ModelledProcess& process,
   }
   if (!traits.isolates) {
     own.resize(std::min(own.size(), traits.max_threads));
+    if (is_preemptive(description.type)) {  // what is above one of its priorities is above all
+      model_.system.executors[part].levels = own.size();
+      own.resize(1);
+    }
     for (const ThreadAttributes& thread : own) threads_.push_back({part, thread});
     model_.system.executors[part].threads = own.size();
     return;

@@ -11,10 +11,10 @@
 
 #include "takt/containers/component.hpp"
 #include "takt/containers/model/model_builder.hpp"
-#include "takt/containers/model/ranks.hpp"
 #include "takt/containers/planning/plan.hpp"
 #include "takt/entities/subscription.hpp"
 #include "takt/nodes/callback_info.hpp"
+#include "takt/sched/ranks.hpp"
 
 namespace takt {
 

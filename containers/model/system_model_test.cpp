@@ -7,7 +7,7 @@
 
 #include "takt/containers/model/bound_of_test.hpp"
 #include "takt/containers/model/places.hpp"
-#include "takt/containers/model/ranks.hpp"
+#include "takt/sched/ranks.hpp"
 
 namespace takt::test {
 namespace {
@@ -275,6 +275,26 @@ TEST(Places, AReservationRunsBeforeAllOthers) {
   // A pool needs its CPUs.
   const std::vector<ModelledThread> pool{reserved, fifo(1, 80, {0}), fifo(1, 80, {1})};
   EXPECT_THAT(find_places(pool, 2, {0, 1}, false)[1].unknown, HasSubstr("share CPUs or have"));
+}
+
+// A band with fewer priorities than there are urgencies lets a callback wait for any other one.
+TEST(SystemModel, KnowsTheBandOfAPreemptiveExecutor) {
+  const auto bound = [](const char* band) {
+    return bound_of(fmt::format(R"(
+threads: {{urgent: {{policy: SCHED_FIFO, priority: {}, affinity: [0]}}}}
+executors: {{fast: {{type: preemptive, threads: [urgent]}}}}
+container:
+  components:
+    - {{component: takt::Workload, name: a, executor: fast, callbacks: {{x_timer: {{priority: 1}}}}, parameters: {{publishers: {{topic: [x], period_us: [100000], work_us: [9000]}}}}}}
+    - {{component: takt::Workload, name: b, executor: fast, callbacks: {{w_timer: {{priority: 2}}}}, parameters: {{publishers: {{topic: [w], period_us: [100000], work_us: [2000]}}}}}}
+    - {{component: takt::Workload, name: c, executor: fast, callbacks: {{z_timer: {{priority: 3}}}}, parameters: {{publishers: {{topic: [z], period_us: [100000], work_us: [1000]}}}}}}
+chains: [{{name: c, path: [c/z_timer]}}]
+)",
+                                band))
+        .bound;
+  };
+  EXPECT_EQ(bound("60..62"), 1ms);
+  EXPECT_EQ(bound("60..61"), 1ms + 9ms - 1ns);
 }
 
 TEST(Ranks, AreTheSchedulersOrder) {

@@ -38,7 +38,7 @@ inline int stress_rounds() {
 
 /// What the parameter of a test stands for: a registered executor, or a variant of one, whose name
 /// ends so: one that isolates, with a thread for each group; one that has several workers only
-/// where the options say so, with two and with four.
+/// where the options say so, and does not tell them apart, with two and with four.
 class ExecutorKind {
  public:
   static constexpr std::string_view kPerGroup = "_per_group", kTwo = "_two_workers",
@@ -82,7 +82,7 @@ inline std::vector<std::string> executor_names() {
     const ExecutorTraits traits = executors().traits(name);
     if (traits.isolates) {
       names.push_back(name + std::string(ExecutorKind::kPerGroup));
-    } else if (traits.max_threads > 1 && !traits.pool) {
+    } else if (traits.max_threads > 1 && !traits.pool && traits.workers == nullptr) {
       names.push_back(name + std::string(ExecutorKind::kTwo));
       names.push_back(name + std::string(ExecutorKind::kFour));
     }
@@ -103,6 +103,8 @@ class Conformance : public ::testing::TestWithParam<std::tuple<std::string, std:
   std::size_t workers() const { return kind_.workers(); }
   /// Threads that a manual clock waits for, where all nodes of a test have one group.
   std::size_t participants() const { return is_isolated() ? 2 : workers(); }
+  /// How many a test may ask for that lets them run at the same time.
+  std::size_t most_workers() const { return traits_.workers != nullptr ? 1 : traits_.max_threads; }
   bool is_event_driven() const { return traits_.readiness == Readiness::events; }
 
   std::unique_ptr<Executor> make(Clock& clock, std::size_t of_a_pool = 0) const {

@@ -224,7 +224,7 @@ class ConformanceWaiting : public Conformance {
 };
 
 TEST_P(ConformanceWaiting, NoCallbackWaitsForMoreDispatchesThanPromised) {
-  run(is_isolated() ? 1 : std::min<std::size_t>(traits_.max_threads, 3));
+  run(is_isolated() ? 1 : std::min<std::size_t>(most_workers(), 3));
   for (const Callback& callback : callbacks_) {
     EXPECT_GT(callback.longest_wait, 0u) << callback.entity->name();
     EXPECT_LE(callback.longest_wait, bound(callback)) << callback.entity->name();

@@ -43,6 +43,7 @@ void Changes::publish_without_scheduler(const CallbackRecords& records) {
   if (earlier != nullptr) {
     update->scheduler = std::move(earlier->scheduler);
     update->parking = std::move(earlier->parking);
+    update->levels = std::move(earlier->levels);
   }
   hand_over(std::move(update));
 }
@@ -109,6 +110,9 @@ void Changes::configure(ScheduleUpdate& update) const {
   }
   update.scheduler = schedulers().make(options_.scheduler, options_.scheduler_own);
   update.scheduler->configure(infos);
+  const std::vector<std::uint32_t> levels = dispatcher_.ready().selection().levels(infos);
+  for (std::size_t i = 0; i < levels.size(); ++i)
+    update.levels.emplace_back(update.all[i], levels[i]);
   for (auto& parking : update.parking) {
     parking.scheduler = schedulers().make(options_.scheduler, options_.scheduler_own);
     parking.scheduler->configure(members[parking.exclusion]);

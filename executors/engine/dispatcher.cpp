@@ -43,7 +43,8 @@ Dispatcher::Dispatcher(const ExecutorOptions& options, Readiness readiness,
       observation_(observation),
       times_take_(threads.size() > 1 || options.trace_events != 0 || observation.records_times()),
       ready_(readiness, *options.clock, reads_clock(options, rule),
-             keeps_history(options.scheduler), rule, policy != nullptr, options.watchdog.get()),
+             keeps_history(options.scheduler), rule, policy, threads.size(),
+             options.watchdog.get()),
       workers_(options, threads, policy, *this, ready_, updates_) {
   if (rule != nullptr) rule_step_.emplace(*rule, *this);
 }
@@ -210,6 +211,8 @@ void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes& ti
   }
   const bool more = execution.slot.more || worker.runs_again;
   worker.runs_again = false;
+  if (ready_.selection().interrupts()) [[unlikely]]
+    ready_.selection().end(worker.index);
   ready_.finished(record, more);
 }
 

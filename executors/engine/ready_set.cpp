@@ -27,6 +27,30 @@ bool ReadySet::has_another() noexcept {
   }
 }
 
+std::optional<std::size_t> ReadySet::worker_for_next() noexcept {
+  ReadyCallback* const first = selection_.interrupts() ? pop() : nullptr;
+  if (first == nullptr) return {};
+  hand_back(first);
+  return selection_.worker_for(static_cast<CallbackRecord&>(*first));
+}
+
+// What is next in the order, or nothing: what comes after it does not overtake it.
+CallbackRecord* ReadySet::next_to_interrupt(const Limits& limits) noexcept {
+  while (CallbackRecord* const record = pick(limits)) {
+    if (selection_.worker_for(*record) != limits.worker) {
+      hand_back(record);
+      return nullptr;
+    }
+    if (record->exclusion->admit(*record)) {
+      record->state.begin();
+      selection_.begin(*record, limits.worker);
+      return record;
+    }
+    record->state.park();
+  }
+  return nullptr;
+}
+
 // Empties the schedulers before anything changes that they may read, and refills them afterwards.
 // Removed records are left out: the update has no room for them.
 void ReadySet::install(ScheduleUpdate& update) noexcept {
@@ -45,6 +69,13 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
   for (CallbackRecord* record : update.added) record->set(record->settings);
   for (const auto& [record, settings] : update.changed) {
     if (!record->state.is_removed()) record->set(settings);
+  }
+
+  for (const auto& [record, level] : update.levels) record->exclusion->set_ceiling(0);
+  for (const auto& [record, level] : update.levels) {
+    record->level.store(level);
+    if (record->state.is_removed()) continue;
+    record->exclusion->set_ceiling(std::max(record->exclusion->ceiling(), level));
   }
 
   const auto for_each_remaining = [](ReadyCallback* callback, auto&& stays) noexcept {

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,15 +36,15 @@ class ReadySet {
   /// `exact_time`: the clock is read after every callback, to report to the scheduler how long it
   /// ran. Otherwise only to look for due timers: when nothing else is ready, and about every two
   /// microseconds, see TimerQueue. `keeps_history`: the scheduler must not be asked in vain.
-  /// `rule`, `are_told_apart`: not each worker may take each callback at any time.
+  /// `rule`, `policy`: not each of the workers may take each callback at any time.
   ReadySet(Readiness readiness, Clock& clock, bool exact_time, bool keeps_history, const Rule* rule,
-           bool are_told_apart, Watchdog* watchdog)
+           const WorkersPolicy* policy, std::size_t workers, Watchdog* watchdog)
       : readiness_(readiness),
         windows_ahead_(readiness == Readiness::wait_set ? 0 : 1),
         watchdog_(watchdog),
         keeps_history_(keeps_history),
         exact_time_(exact_time),
-        selection_(rule, are_told_apart),
+        selection_(rule, policy, workers),
         timers_(clock) {}
 
   TimerQueue& timers() noexcept { return timers_; }
@@ -83,6 +84,8 @@ class ReadySet {
   /// The first step of that, for a caller that takes several before it executes them: it asks for
   /// no group, and the record is still ready.
   CallbackRecord* pick(const Limits& limits) noexcept;
+  /// Where workers interrupt each other: the one that may begin what is next in the order.
+  std::optional<std::size_t> worker_for_next() noexcept;
   /// Whether another worker would find a callback to run now. What is ready in busy groups is
   /// parked, as that worker would do.
   [[gnu::noinline]] bool has_another() noexcept;
@@ -129,6 +132,7 @@ class ReadySet {
   }
 
  private:
+  [[gnu::noinline]] CallbackRecord* next_to_interrupt(const Limits& limits) noexcept;
   void enqueue(CallbackRecord& record, const Arrival& arrival) noexcept;
   void add_to_next_snapshot(ReadyCallback& callback) noexcept;
   [[gnu::noinline]] void push_next_snapshot() noexcept;
@@ -227,6 +231,8 @@ inline CallbackRecord* ReadySet::pick(const Limits& limits) noexcept {
 
 inline CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
   CallbackRecord* record = nullptr;
+  if (selection_.interrupts() && limits.worker != Selection::kAnyWorker) [[unlikely]]
+    return next_to_interrupt(limits);
   while ((record = pick(limits)) != nullptr) {
     if (record->sequence > limits.last_sequence) {
       record->next = std::exchange(deferred_, record);

@@ -57,6 +57,7 @@ struct CallbackRecord final : DispatchState, Observed, Sink {
   Arrival announced{};
   CallbackRecord* inbox_next = nullptr;
   std::atomic<WorkerSet> workers{~WorkerSet{}};  // as in its settings
+  std::atomic<std::uint32_t> level{UINT32_MAX};  // see WorkersPolicy::levels
 
   void arrived(const Arrival& arrival) noexcept {
     sequence = arrival.sequence;

@@ -37,8 +37,9 @@ struct ScheduleUpdate {
   std::vector<CallbackRecord*> added, removed;
   std::vector<Change> changed;  // in order: the last one applies
   std::vector<CallbackRecord*> all;
-  bool reads_clock = false;                            // from now on
-  std::vector<TriggerInput> rule_inputs;               // with a rule: room for all
+  std::vector<std::pair<CallbackRecord*, std::uint32_t>> levels;  // of all; none: as they are
+  bool reads_clock = false;                                       // from now on
+  std::vector<TriggerInput> rule_inputs;                          // with a rule: room for all
   std::shared_ptr<std::vector<Execution>> executions;  // with logical execution time: the same
   ScheduleUpdate* inbox_next = nullptr;
 };

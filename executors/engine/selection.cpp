@@ -35,6 +35,38 @@ TimePoint Selection::release_or_opening(TimePoint release, bool has_waiting) con
   return is_awaited ? std::min(release, rule_->opens_at()) : release;
 }
 
+// A callback that is demoted interrupts nothing.
+std::optional<std::size_t> Selection::worker_for(const CallbackRecord& record) const noexcept {
+  const std::uint32_t level = record.info == &record.settings.info ? record.level.load() : 0;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < running_.size(); ++i) {
+    const Running& running = running_[i];
+    if (running.ceiling != 0 && level > running.ceiling &&
+        policy_->precedes(record, running.callback)) {
+      next = i + 1;
+    }
+  }
+  if (next == running_.size() || running_[next].ceiling != 0) return {};
+  return next;
+}
+
+void Selection::begin(const CallbackRecord& record, std::size_t worker) noexcept {
+  const std::uint32_t level = record.level.load();
+  running_[worker] = {record, record.is_reentrant() ? level : record.exclusion->ceiling()};
+  set_ceiling();
+}
+
+void Selection::end(std::size_t worker) noexcept {
+  running_[worker].ceiling = 0;
+  set_ceiling();
+}
+
+void Selection::set_ceiling() noexcept {
+  std::uint32_t highest = 0;
+  for (const Running& running : running_) highest = std::max(highest, running.ceiling);
+  ceiling_.store(highest);
+}
+
 void Selection::count(const ReadyCallback& callback, int change) noexcept {
   WorkerSet left = static_cast<const CallbackRecord&>(callback).settings.workers;
   for (; left != 0; left &= left - 1) {

@@ -7,7 +7,10 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "takt/executors/engine/record.hpp"
 #include "takt/executors/executor.hpp"
@@ -22,16 +25,18 @@ class Selection {
  public:
   static constexpr std::size_t kAnyWorker = SIZE_MAX;
 
-  Selection(const Rule* rule, bool are_told_apart)
+  Selection(const Rule* rule, const WorkersPolicy* policy, std::size_t workers)
       : rule_(rule),
+        policy_(policy),
         is_logical_(rule != nullptr && rule->logical_outputs().has_value()),
-        are_told_apart_(are_told_apart) {}
+        interrupts_(policy != nullptr && policy->interrupts()),
+        running_(interrupts_ ? workers : 0) {}
 
   /// Not each worker may take each callback at any time.
-  bool is_needed() const noexcept { return rule_ != nullptr || are_told_apart_; }
+  bool is_needed() const noexcept { return rule_ != nullptr || policy_ != nullptr; }
   /// Nothing is looked at before the rule opens.
   bool is_logical() const noexcept { return is_logical_; }
-  bool counts() const noexcept { return are_told_apart_; }
+  bool counts() const noexcept { return policy_ != nullptr; }
   bool is_open() const noexcept { return rule_ == nullptr || rule_->is_open(); }
 
   /// True: it is put aside, or passed over.
@@ -52,13 +57,38 @@ class Selection {
   [[gnu::noinline]] void count(const ReadyCallback& callback, int change) noexcept;
   /// A callback waits there that this worker may take now.
   bool may_run(std::size_t worker) const noexcept {
-    return waiting_for_[worker].load() != 0 && is_open();
+    return !interrupts_ && waiting_for_[worker].load() != 0 && is_open();
   }
 
+  // ---- Workers that interrupt each other ----
+
+  bool interrupts() const noexcept { return interrupts_; }
+  /// Control threads. Empty: there are none. Throws Error.
+  std::vector<std::uint32_t> levels(std::span<const CallbackInfo> callbacks) const {
+    return interrupts_ ? policy_->levels(callbacks) : std::vector<std::uint32_t>();
+  }
+  /// Any thread: it need not wait for the end of what runs.
+  bool may_interrupt(const CallbackRecord& record) const noexcept {
+    return record.level.load(std::memory_order_relaxed) > ceiling_.load();
+  }
+  /// The one worker that may begin it now, if that is idle: the next after those that it
+  /// interrupts.
+  std::optional<std::size_t> worker_for(const CallbackRecord& record) const noexcept;
+  void begin(const CallbackRecord& record, std::size_t worker) noexcept;
+  void end(std::size_t worker) noexcept;
+
  private:
+  struct Running {
+    ReadyCallback callback;
+    std::uint32_t ceiling = 0;  // 0: the worker runs nothing
+  };
+  void set_ceiling() noexcept;
+
   const Rule* const rule_;
-  const bool is_logical_;
-  const bool are_told_apart_;
+  const WorkersPolicy* const policy_;
+  const bool is_logical_, interrupts_;
+  std::vector<Running> running_;           // by worker
+  std::atomic<std::uint32_t> ceiling_{0};  // the highest of them
   ReadyCallback* held_ = nullptr;
   ReadyCallback* passed_over_ = nullptr;  // in their order, as a scheduler may serve in turns
   ReadyCallback** end_of_passed_over_ = nullptr;

@@ -2,6 +2,7 @@
 #include "takt/executors/engine/workers.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -95,9 +96,13 @@ void Workers::wake_all() noexcept {
 // which sleep, and one that goes to sleep says so before it looks at the count.
 void Workers::pass_on_to_each() noexcept {
   if (ready_.selection().is_open()) ready_.take_snapshot();
+  const std::optional<std::size_t> next = ready_.worker_for_next();
   for (Worker& other : all_) {
     if (!places_.sleepers_of(other.index).would_wake()) continue;
-    if (ready_.selection().may_run(other.index) || own_release(other) < other.waits_until)
+    const TimePoint release = own_release(other);
+    const bool must_wait = release < other.waits_until;
+    if (must_wait) other.waits_until = release;  // so those after it need not
+    if (must_wait || ready_.selection().may_run(other.index) || other.index == next)
       places_.wake_one_of(WorkerSet{1} << other.index);
   }
 }
@@ -108,6 +113,8 @@ void Workers::pass_on_to_each() noexcept {
 TimePoint Workers::own_release(const Worker& worker) const noexcept {
   return ready_.next_release_of([&](const CallbackRecord& record, TimePoint release) {
     const WorkerSet may_take = record.settings.workers;
+    const Selection& selection = ready_.selection();
+    if (selection.interrupts() && !selection.may_interrupt(record)) return false;
     return (may_take >> worker.index & 1) != 0 &&
            std::none_of(all_.begin(), all_.begin() + static_cast<std::ptrdiff_t>(worker.index),
                         [&](const Worker& before) {

@@ -70,14 +70,16 @@ class Workers final : public Wakeable {
 
   /// Throws Error.
   WorkerSet that_may_take(const NamedCallback& callback) const;
-
   // ---- Any thread ----
 
   /// There is something to do.
   void notify(Search what) noexcept;
   /// The callback has become ready.
   void notify_of(const CallbackRecord& record) noexcept {
-    are_apart_.load() ? void(places_.wake_one_of(record.workers.load())) : notify(Search::asked);
+    if (!are_apart_.load()) return notify(Search::asked);
+    // A callback that has to wait for the end of another one is found there.
+    if (ready_.selection().interrupts() && !ready_.selection().may_interrupt(record)) return;
+    places_.wake_one_of(record.workers.load());
   }
   /// A pool begins or ends to spin. Otherwise the calling thread is the only worker, and takes all.
   void set_pool(bool spins) noexcept {
@@ -132,7 +134,8 @@ class Workers final : public Wakeable {
   /// Something for which a sleeper wakes up.
   bool must_look(const Worker& worker, const Expected& expected) const noexcept {
     return ready_.has_announcements() ||
-           (are_apart_.load() && ready_.selection().may_run(worker.index)) ||
+           (are_apart_.load() && (ready_.selection().may_run(worker.index) ||
+                                  ready_.worker_for_next() == worker.index)) ||
            updates_.is_pending() || stops_.load() ||
            ready_.timers().timers_are_held() != expected.timers_were_held ||
            (expected.future != nullptr && expected.future->ready());

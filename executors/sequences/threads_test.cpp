@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "takt/executors/sequences/actor.hpp"
+#include "takt/testing/band.hpp"
 #include "takt/testing/eventually.hpp"
 #include "takt/testing/time_bound.hpp"
 
@@ -65,7 +66,11 @@ TEST_P(FourThreads, MayCallWhateverOneMay) {
   {
     Common common;
     ExecutorOptions options{.per = GetParam().per};
-    options.threads.resize(std::min<std::size_t>(traits_.max_threads, 2));
+    if (traits_.takes_band) {
+      options.threads = band_of(3);
+    } else {
+      options.threads.resize(std::min<std::size_t>(traits_.max_threads, 2));
+    }
     common.executor = executors().make(GetParam().type, options);
     common.executor->add_node(common.place.node);
     common.executor->add_node(common.managed.node);

@@ -20,7 +20,7 @@ EXCEPTIONS = {
     ("executors/engine/callbacks.hpp", "Callbacks"): (40, 14, "19 of them belong to the interfaces of executor and listener"),
     ("executors/engine/dispatcher.hpp", "Dispatcher"): (31, 15, "what all parts of the engine share"),
     ("executors/engine/dispatching_executor.hpp", "DispatchingExecutor"): (34, 9, "20 of them are the interface of an executor"),
-    ("executors/engine/ready_set.hpp", "ReadySet"): (37, 15, "the steps of a dispatch, inline, and the changes between two"),
+    ("executors/engine/ready_set.hpp", "ReadySet"): (39, 15, "the steps of a dispatch, inline, and the changes between two"),
     ("executors/isolated_executor.hpp", "IsolatedExecutor"): (50, 18, "20 of them are the interface of an executor"),
     ("nodes/lifecycle_node.hpp", "LifecycleNode"): (34, 7, "the façade that rclcpp_lifecycle has"),
     ("nodes/node.hpp", "Node"): (87, 15, "the façade that rclcpp has"),

@@ -98,6 +98,8 @@ MUTATIONS = {
     "the maximum of a run": ("measuring/row_json.cpp", "us(«histogram.max()»)",
                              "histogram.percentile(0.999)", RESULTS),
     "spin time of a removed thread": ("executors/figures.hpp", 'sum("spin_time"', 'keep("spin_time"', PAST),
+    "ignored: an executor type: takes_band": (
+        "containers/model/model_threads.cpp", "«model_.system.executors[part].levels = own.size();»", "", GUARANTEES),
     "ignored: an executor type: keys": (
         "containers/model/model_coverage.cpp", "‹if (entry != nullptr && entry->coverage != Coverage::not_covered) continue;›",
         "if (entry == nullptr || entry->coverage != Coverage::not_covered) continue;", GUARANTEES),
@@ -276,8 +278,8 @@ MUTATIONS |= {
         ("less urgent ones have not begun", "methods/workload.cpp",
          "‹for (const Time execution : less_urgent) result = plus(result, execution);›", ""),
         ("threads wake up at once", "analysis.cpp", "«plus(answer.bound, system_.overheads.wake)»", "answer.bound"),
-        ("a dispatch takes no time", "analysis.cpp", "«plus(callback.execution, given.overheads.dispatch)»",
-         "callback.execution"),
+        ("a dispatch takes no time", "analysis.cpp", "«: dispatch;»",
+         ": 0;"),
         ("arrival as a callback begins", "method.cpp",
          "«is_closed ? std::max<Time>(0, execution - 1) : execution»", "std::max<Time>(0, execution - 1)"),
     ]

@@ -58,7 +58,7 @@ void ConfigurationReader::read_dds(const Value& value) {
         "SCHED_DEADLINE is an error, because threads cannot inherit it.",
         [&](const Value& name) {
           into(threads)(name);
-          if (!threads.empty()) dds.threads = find_thread(name.line, threads);
+          if (!threads.empty()) dds.threads = threads_.find(threads, name.line);
           errors_.passes(name.line, [&] { dds.check(); });
         }},
        {"security",

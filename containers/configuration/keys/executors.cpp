@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/available_cpus.hpp"
 #include "takt/base/time.hpp"
 #include "takt/containers/configuration/configuration_reader.hpp"
 #include "takt/executors/engine/spin_always.hpp"
@@ -196,9 +197,11 @@ void ConfigurationReader::read_executors_thread(const Value& thread, ExecutorDes
   std::string name;
   into(name)(thread);
   if (name.empty()) return;
-  executor.threads.push_back(name);
-  threads.push_back(find_thread(thread.line, name));
-  executors_threads_.push_back(threads.back());
+  for (const std::string& member : threads_.of_executor(name, executor, thread.line)) {
+    executor.threads.push_back(member);
+    threads.push_back(threads_.find(member, thread.line));
+    executors_threads_.push_back(threads.back());
+  }
 }
 
 void ConfigurationReader::read_executor(const Value& value) {
@@ -233,10 +236,19 @@ void ConfigurationReader::read_executor(const Value& value) {
                 "add it, with the name that the library registers");
     is_sound = false;
   }
+  if (is_sound && executors().traits(executor.type).takes_band &&
+      document::find(value, "threads") == nullptr) {
+    errors_.add(value.line,
+                fmt::format("executor '{}' of type '{}' has no threads, so nothing could interrupt",
+                            executor.name, executor.type),
+                "add `threads`, with one that has a band of priorities");
+  }
   ExecutorOptions options = options_of(executor);
   options.threads = std::move(threads);
   if (names_cpus_) {
-    for (ThreadAttributes& thread : options.threads) thread.affinity.clear();
+    for (ThreadAttributes& thread : options.threads) {
+      if (!thread.affinity.empty()) thread.affinity = {available_cpus().front()};
+    }
   }
   if (is_sound) errors_.passes(value.line, [&] { try_to_make(executor.type, options); });
   executors_.insert(executor.name);
@@ -249,12 +261,14 @@ void ConfigurationReader::check_spinning_threads() {
   std::set<std::string> names;
   for (const ExecutorDescription& executor : system_.executors) {
     if (executor.spin != kSpinAlways) continue;
-    for (const std::string& name : executor.threads) spinning.push_back(threads_.at(name));
+    for (const std::string& name : executor.threads) {
+      spinning.push_back(threads_.all().at(name).attributes);
+    }
     if (executor.threads.empty()) spinning.push_back({.name = executor.name});
     names.insert(executor.threads.begin(), executor.threads.end());
   }
-  for (const auto& [name, thread] : threads_) {
-    if (!names.contains(name)) others.push_back(thread);
+  for (const auto& [name, thread] : threads_.all()) {
+    if (!names.contains(name)) others.push_back(thread.attributes);
   }
   check_spin_always(spinning, others);
   const Nanoseconds lost = throttled_realtime();
@@ -284,16 +298,6 @@ SystemReader::Read ConfigurationReader::into_trigger(TriggerOptions& trigger) {
                  {{"one", "`node/callback`: serve when this callback is ready.", into(trigger.one),
                    true}});
       });
-}
-
-// If no thread has this name, adds an error and returns default attributes.
-ThreadAttributes ConfigurationReader::find_thread(int line, const std::string& name) {
-  if (const auto found = threads_.find(name); found != threads_.end()) return found->second;
-  std::vector<std::string> names;
-  for (const auto& [known, attributes] : threads_) names.push_back(known);
-  errors_.add(line, fmt::format("no thread is called '{}'", name),
-              names.empty() ? "describe it under 'threads'" : suggest(name, names));
-  return {};
 }
 
 SystemReader::Read ConfigurationReader::into_executor(std::string& target) {

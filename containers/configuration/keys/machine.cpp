@@ -53,15 +53,13 @@ void ConfigurationReader::read_overheads(const Value& value) {
 }
 
 // A thread whose CPUs the machine does not have would be analysed on one that nobody described.
-void ConfigurationReader::check_cpus_of_threads(const Value& root) {
+void ConfigurationReader::check_cpus_of_threads() {
   const std::vector<int>& cpus = system_.machine.cpus;
-  const Value* const threads = document::find(root, "threads");
-  if (cpus.empty() || threads == nullptr) return;
+  if (cpus.empty()) return;
   for (const ThreadDescription& thread : system_.threads) {
-    const Value* const entry = document::find(*threads, thread.attributes.name);
     for (const int cpu : thread.attributes.affinity) {
-      if (entry == nullptr || std::find(cpus.begin(), cpus.end(), cpu) != cpus.end()) continue;
-      errors_.add(entry->line,
+      if (std::find(cpus.begin(), cpus.end(), cpu) != cpus.end()) continue;
+      errors_.add(threads_.all().at(thread.attributes.name).line,
                   fmt::format("thread '{}' is bound to CPU {}, which is none of `machine: cpus`",
                               thread.attributes.name, cpu),
                   fmt::format("choose from {}", fmt::join(cpus, ", ")));

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <charconv>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -7,16 +9,30 @@
 #include "takt/containers/configuration/configuration_reader.hpp"
 
 namespace takt {
+namespace {
+
+std::optional<int> whole_number(std::string_view text) {
+  int number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc{} || end != text.data() + text.size()) return {};
+  return number;
+}
+
+}  // namespace
 
 void ConfigurationReader::read_thread(const Value& value) {
   ThreadAttributes asked{.name = value.name};
+  int highest = 0;  // of a band
   bool is_sound = true;
   const bool fits = read_map(
       value, "a thread",
       {{"policy", "The Linux scheduling policy.", noting(is_sound, into_policy(asked.policy))},
        {"priority",
-        "1 to 99, required for SCHED_FIFO and SCHED_RR. For all other policies it must be 0.",
-        noting(is_sound, into(asked.priority))},
+        "1 to 99, required for SCHED_FIFO and SCHED_RR. For all other policies it must be 0. A "
+        "band "
+        "of SCHED_FIFO, for executors of the type `preemptive`, is a thread for each priority, on "
+        "one CPU.",
+        noting(is_sound, into_priority(asked.priority, highest))},
        {"nice", "-20 to 19. Not for SCHED_FIFO, SCHED_RR and SCHED_DEADLINE.",
         noting(is_sound, into(asked.nice))},
        {"affinity",
@@ -55,8 +71,13 @@ void ConfigurationReader::read_thread(const Value& value) {
     is_sound &= passes(value, "affinity", [&] { here.check_affinity(); });
   }
   if (!is_sound) asked = {.name = asked.name};  // so that its executors do not report it again
-  threads_.try_emplace(asked.name, asked);
-  system_.threads.push_back({std::move(asked), errors_.where(value.line)});
+  const auto add = [&](const ThreadAttributes& thread) {
+    threads_.add(thread, value.line);
+    system_.threads.push_back({thread, errors_.where(value.line)});
+  };
+  if (highest == 0) return add(asked);
+  const int line = document::find(value, "priority")->line;
+  for (const auto& thread : threads_.band(asked, highest, is_sound, line)) add(thread);
 }
 
 // Reports an error in the line of the key, or of the thread if the key is missing.
@@ -64,6 +85,21 @@ bool ConfigurationReader::passes(const Value& thread, std::string_view key,
                                  const std::function<void()>& check) {
   const Value* place = document::find(thread, key);
   return errors_.passes((place != nullptr ? *place : thread).line, check);
+}
+
+// `highest` stays 0 if it is one priority.
+SystemReader::Read ConfigurationReader::into_priority(int& priority, int& highest) {
+  return [this, &priority, &highest](const Value& value) {
+    if (is_describing()) return into(priority)(value), void(describes("a band such as `60..68`"));
+    const auto* const text = std::get_if<std::string>(&value.content);
+    const std::size_t dots = text != nullptr ? text->find("..") : std::string::npos;
+    if (dots == std::string::npos) return into(priority)(value);
+    const auto first = whole_number(std::string_view(*text).substr(0, dots));
+    const auto last = whole_number(std::string_view(*text).substr(dots + 2));
+    if (!first || !last) return refuse(value, "a priority, or a band such as 60..68");
+    priority = *first;
+    highest = *last;
+  };
 }
 
 SystemReader::Read ConfigurationReader::into_policy(ThreadPolicy& policy) {

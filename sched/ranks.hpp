@@ -1,7 +1,7 @@
 // Which callback comes before which, as a scheduler decides.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef TAKT_CONTAINERS_MODEL_RANKS_HPP_
-#define TAKT_CONTAINERS_MODEL_RANKS_HPP_
+#ifndef TAKT_SCHED_RANKS_HPP_
+#define TAKT_SCHED_RANKS_HPP_
 
 #include <cstddef>
 #include <span>
@@ -11,14 +11,15 @@
 #include "takt/base/visibility.hpp"
 #include "takt/sched/scheduler.hpp"
 
-namespace TAKT_INTERNAL takt {
+namespace TAKT_PUBLIC takt {
 
 /// The places of callbacks that become ready at the same time, from 0. Those between which the
-/// order of arrival decides have the same. `infos` have the ids 0, 1, …
+/// order of arrival decides have the same. The scheduler's order must not depend on what it has
+/// served.
 /// Thread safety: a pure function. Real-time: no.
 std::vector<std::size_t> ranks_of(std::span<const CallbackInfo> infos, const std::string& scheduler,
                                   const OwnValues& own = {});
 
 }  // namespace takt
 
-#endif  // TAKT_CONTAINERS_MODEL_RANKS_HPP_
+#endif  // TAKT_SCHED_RANKS_HPP_

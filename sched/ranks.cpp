@@ -1,17 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/containers/model/ranks.hpp"
+#include "takt/sched/ranks.hpp"
 
 #include <algorithm>
 #include <numeric>
 
 namespace takt {
+namespace {
+
+ReadyCallback released(const CallbackInfo& info, std::uint64_t sequence) {
+  const bool has_deadline = info.deadline != Nanoseconds::zero();
+  return {.info = &info,
+          .deadline = has_deadline ? TimePoint(info.deadline) : kNever,
+          .sequence = sequence};
+}
+
+}  // namespace
 
 std::vector<std::size_t> ranks_of(std::span<const CallbackInfo> infos, const std::string& scheduler,
                                   const OwnValues& own) {
   const auto asked = schedulers().make(scheduler, own);
   asked->configure(infos);
   const auto is_first = [&](std::size_t a, std::size_t b) {
-    ReadyCallback first{.info = &infos[a], .sequence = 1}, second{.info = &infos[b], .sequence = 2};
+    ReadyCallback first = released(infos[a], 1), second = released(infos[b], 2);
     asked->push(first);
     asked->push(second);
     const bool result = asked->pop() == &first;

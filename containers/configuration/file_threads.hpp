@@ -1,0 +1,52 @@
+// The threads of a file while it is read, and their bands of priorities.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_CONFIGURATION_FILE_THREADS_HPP_
+#define TAKT_CONTAINERS_CONFIGURATION_FILE_THREADS_HPP_
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "takt/base/visibility.hpp"
+#include "takt/containers/configuration/document.hpp"
+#include "takt/containers/configuration/system_description.hpp"
+
+namespace TAKT_INTERNAL takt {
+
+/// A band is a thread for each of its priorities, for an executor whose callbacks interrupt each
+/// other. What is wrong is added to the errors of the file, with its line.
+/// Thread safety: none. Real-time: no.
+class FileThreads {
+ public:
+  struct Entry {
+    ThreadAttributes attributes;
+    int line;
+  };
+
+  explicit FileThreads(document::Errors& errors) : errors_(errors) {}
+
+  void add(const ThreadAttributes& thread, int line);
+  /// The threads of a band, to be added. With attributes that are not sound, which are reported
+  /// already: none.
+  std::vector<ThreadAttributes> band(const ThreadAttributes& lowest, int highest, bool is_sound,
+                                     int line);
+  /// By name.
+  const std::map<std::string, Entry>& all() const noexcept { return all_; }
+  /// Default attributes if there is none.
+  ThreadAttributes find(const std::string& name, int line);
+  /// The names that one name in the executor's list stands for.
+  std::vector<std::string> of_executor(const std::string& name, const ExecutorDescription& executor,
+                                       int line);
+  /// Other threads inside a band would run before some of its callbacks, and after others.
+  void check_bands();
+
+ private:
+  document::Errors& errors_;
+  std::map<std::string, Entry> all_;
+  std::map<std::string, std::vector<std::string>> bands_;  // their threads
+  std::map<std::string, std::string> owners_;              // executors, by band
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_CONFIGURATION_FILE_THREADS_HPP_
