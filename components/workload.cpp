@@ -390,6 +390,7 @@ template <class AnyNode>
 template <class T>
 void Maker<AnyNode>::add_publisher(const Publishing& publishing) {
   // Enough messages for the queues of all subscriptions. If all are in use, skip this publication.
+  entities_.allocates |= publishing.pass_by != "loaned_msg";
   const std::size_t loans = publishing.pass_by == "loaned_msg" ? 2 * publishing.qos.depth + 4 : 0;
   check_memory(publishing.topic, std::max(publishing.size_bytes, publishing.fixed_bytes),
                std::max(loans, publishing.qos.depth));
@@ -436,6 +437,7 @@ template <class AnyNode>
 template <class T>
 void Maker<AnyNode>::add_subscription(const Subscribing& subscribing) {
   // Each message is copied, and only its sender knows how long that takes.
+  entities_.allocates |= subscribing.pass_by == "unique_ptr";
   if (subscribing.pass_by != "unique_ptr") works(subscribing.topic, subscribing.work);
   const auto work = [&clock = node_.clock(), amount = subscribing.work] { use_cpu(clock, amount); };
   if constexpr (std::same_as<T, WorkloadMessage>) {

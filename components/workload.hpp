@@ -58,6 +58,7 @@ struct WorkloadEntities {
   std::vector<std::shared_ptr<void>> all;
   std::map<std::string, Nanoseconds, std::less<>> execution_times;  // by callback
   std::map<std::string, Sending, std::less<>> sent;                 // by callback
+  bool allocates = false;                                           // messages
 
   std::optional<Nanoseconds> execution_time(std::string_view callback) const;
   std::optional<Sending> sends(std::string_view callback) const;
@@ -87,6 +88,7 @@ class Workload : public Node, public KnowsExecutionTimes {
  public:
   explicit Workload(const NodeOptions& options);
   std::optional<Nanoseconds> execution_time(std::string_view callback) const override;
+  bool uses_heap() const override { return entities_.allocates; }
   std::optional<Sending> sends(std::string_view callback) const override {
     return entities_.sends(callback);
   }
@@ -104,6 +106,7 @@ class LifecycleWorkload : public LifecycleNode, public KnowsExecutionTimes {
  public:
   explicit LifecycleWorkload(const NodeOptions& options);
   std::optional<Nanoseconds> execution_time(std::string_view callback) const override;
+  bool uses_heap() const override { return entities_.allocates; }
   std::optional<Sending> sends(std::string_view callback) const override {
     return entities_.sends(callback);
   }

@@ -52,6 +52,8 @@ class KnowsExecutionTimes {
   /// Processor time of each execution of the callback, which then does not wait for anything
   /// either, and sends one message to each of its topics at most. nullopt: not known.
   virtual std::optional<Nanoseconds> execution_time(std::string_view callback) const = 0;
+  /// Whether a callback allocates or frees memory, for which it may wait.
+  virtual bool uses_heap() const { return true; }
   /// What that time is without. nullopt: not known.
   virtual std::optional<Sending> sends(std::string_view callback) const {
     static_cast<void>(callback);

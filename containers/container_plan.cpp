@@ -208,13 +208,17 @@ void Container::add_callbacks(const Loaded& loaded, ModelledProcess& process) co
     if (!described.waits && group != component.callback_groups.end()) {
       described.waits = group->second.waits;
     }
-    std::string executor = executor_of(loaded, *entity->group());
+    const CallbackGroup& its_group = *entity->group();
+    std::string executor = executor_of(loaded, its_group);
+    const bool is_served =
+        its_group.automatically_add_to_executor() || !loaded.own_executor(its_group).empty();
     auto thread = threads.find(*executor_for(executor).executor, entity->group());
     process.callbacks.push_back({.node = loaded.node(),
                                  .entity = entity,
                                  .executor = std::move(executor),
                                  .described = std::move(described),
-                                 .thread = std::move(thread)});
+                                 .thread = std::move(thread),
+                                 .is_served = is_served});
   }
 }
 

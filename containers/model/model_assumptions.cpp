@@ -56,10 +56,10 @@ std::string ModelParts::measured_source() const {
   return fmt::format("measured, n = {} or more", least);
 }
 
-bool ModelParts::is_of_takt(std::size_t callback) const {
+bool ModelParts::says_all(std::size_t callback) const {
   const auto& nodes = process_of(callback)->nodes;
   return std::any_of(nodes.begin(), nodes.end(), [&](const ModelledProcess::Member& member) {
-    return member.is_of_takt && member.node == callbacks_[callback]->node;
+    return member.node == callbacks_[callback]->node && takt::says_all(member);
   });
 }
 
@@ -148,6 +148,7 @@ void AssumptionFinder::add_assumptions() {
   add_who_sends_besides();
   add_exceptions();
   add_what_nobody_says();
+  add_heap();
   add_what_nodes_may_make();
   const auto accept = [](std::vector<Assumption>& all, const Acceptances& reasons) {
     for (Assumption& assumption : all) {
@@ -232,6 +233,9 @@ void AssumptionFinder::add_assumptions_of_start() {
     assume_of(callback, "start_is_over", std::move(text));
   };
   for (std::size_t to = 0; to < callbacks_.size(); ++to) {
+    if (callbacks_[to]->entity->kind() == EntityKind::timer && !says_all(to)) {
+      add("a first release of {} that its constructor chooses is served", to);
+    }
     const auto* const end = dynamic_cast<const SubscriptionBase*>(callbacks_[to]->entity.get());
     if (end == nullptr) continue;
     if (dynamic_cast<const LifecycleNode*>(callbacks_[to]->node.get()) != nullptr) {
@@ -243,9 +247,7 @@ void AssumptionFinder::add_assumptions_of_start() {
     const std::string topic = callbacks_[to]->entity->topic();
     for (const ModelledProcess& process : processes_) {
       for (const ModelledProcess::Member& member : process.nodes) {
-        const bool says_all =
-            dynamic_cast<const KnowsExecutionTimes*>(member.node.get()) != nullptr;
-        if (says_all || !member.node->publishing_callbacks(topic)) continue;
+        if (takt::says_all(member) || !member.node->publishing_callbacks(topic)) continue;
         add("what constructors and bring-up send to {} is served", to);
       }
     }
@@ -307,7 +309,7 @@ void AssumptionFinder::add_who_sends_besides() {
     if (seen != nullptr && seen->executions != 0) continue;  // see as_measured
     for (const ModelledProcess& process : processes_) {
       for (const ModelledProcess::Member& member : process.nodes) {
-        if (dynamic_cast<const KnowsExecutionTimes*>(member.node.get()) != nullptr) continue;
+        if (takt::says_all(member)) continue;
         const auto publishing = member.node->publishing_callbacks(callbacks_[to]->entity->topic());
         if (!publishing) continue;
         const std::string who = publishing->names.empty()
@@ -359,16 +361,21 @@ void AssumptionFinder::add_what_nobody_says() {
       add("no execution of {} is longer than its budget: no run has measured it",
           declared_at(stated.where), if_watched());
     }
-    if (execution == Provenance::exact && !has_run && !is_of_takt(i)) {
+    if (execution == Provenance::exact && !has_run && !says_all(i)) {
       add("no execution of {} is longer than its component says: no run has measured it", "nobody",
           if_watched());
     }
     add_what_nobody_says_of_loans(i);
-    if (is_said) continue;
-    if (!stated.waits && !(has_run && seen->longest_wait)) {
-      add("no execution of {} waits for a lock, a device, a reply or the like: nobody has declared "
-          "(`waits`) or measured how long",
+    if (says_all(i) && is_said) continue;
+    if (!is_said && !stated.waits && !(has_run && seen->longest_wait)) {
+      add("no execution of {} waits for a lock (the heap's, too), a device, a reply or the like: "
+          "nobody has declared (`waits`) or measured how long",
           "nobody");
+    }
+    const bool sends_at_end =
+        stated.publishes_at_end && model_.system.callbacks[i].least_execution != 0;
+    if (sends_at_end && !model_.system.callbacks[i].outputs.empty()) {
+      add("{} sends at its end, and not before (`outputs`)", "nobody");
     }
     if (has_run) continue;
     if (callbacks_[i]->entity->kind() == EntityKind::timer) {
@@ -377,17 +384,33 @@ void AssumptionFinder::add_what_nobody_says() {
     if (model_.system.callbacks[i].outputs.empty()) continue;
     add(callbacks_[i]->entity->kind() == EntityKind::service
             ? "each execution of {} answers its request: no run has shown it"
-            : "no execution of {} sends more than one message to each topic and service: no run "
-              "has shown it",
+            : "each execution of {} sends one message to each topic and service, no more and no "
+              "less: no run has shown it",
         "nobody");
+  }
+}
+
+// A thread that holds the heap's lock keeps its priority.
+void AssumptionFinder::add_heap() {
+  const auto uses_heap = [](const ModelledProcess::Member& member) {
+    const auto* const component = dynamic_cast<const KnowsExecutionTimes*>(member.node.get());
+    return component == nullptr || component->uses_heap();
+  };
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    const auto& nodes = process_of(i)->nodes;
+    const bool is_alone = std::all_of(parts_.begin(), parts_.end(), [&](const ModelledPart& part) {
+      return part.process != process_of(i) || &part == &parts_[model_.system.callbacks[i].executor];
+    });
+    if (is_alone || !says_all(i) || std::none_of(nodes.begin(), nodes.end(), uses_heap)) continue;
+    assume_of(i, "as_declared",
+              "no execution of {} waits for the heap's lock, which a less urgent thread may hold");
   }
 }
 
 // Each has few messages, and a receiver may keep one for as long as it likes.
 void AssumptionFinder::add_what_nobody_says_of_loans(std::size_t from) {
   const auto add = [&](std::size_t callback) {
-    if (dynamic_cast<const KnowsExecutionTimes*>(callbacks_[callback]->node.get()) != nullptr)
-      return;
+    if (says_all(callback)) return;
     assume_of(callback, "as_declared",
               "{} keeps no message beyond its execution, of the few that a publisher lends");
   };
@@ -401,7 +424,7 @@ void AssumptionFinder::add_what_nobody_says_of_loans(std::size_t from) {
 void AssumptionFinder::add_what_nodes_may_make() {
   for (const ModelledProcess& process : processes_) {
     for (const ModelledProcess::Member& member : process.nodes) {
-      if (dynamic_cast<const KnowsExecutionTimes*>(member.node.get()) != nullptr) continue;
+      if (takt::says_all(member)) continue;
       const std::string name = member.node->fully_qualified_name();
       const bool has_run =
           measured_ != nullptr &&
@@ -415,6 +438,12 @@ void AssumptionFinder::add_what_nodes_may_make() {
                 .text = "{} makes no other callbacks later",
                 .name = "'" + name + "'",
                 .source = has_run ? measured_source() : "nobody",
+                .executor = part});
+        assume({.id = "nothing_is_changed",
+                .state = if_watched(),
+                .text = "{} lets none of its callbacks go, and changes no parameters of them",
+                .name = "'" + name + "'",
+                .source = "nobody",
                 .executor = part});
       }
     }

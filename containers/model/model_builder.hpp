@@ -29,6 +29,12 @@ struct ModelledPart {
   std::vector<std::size_t> callbacks;
 };
 
+/// A class of Takt's that says what its callbacks do: they do nothing else.
+inline bool says_all(const ModelledProcess::Member& member) {
+  return member.is_of_takt &&
+         dynamic_cast<const KnowsExecutionTimes*>(member.node.get()) != nullptr;
+}
+
 /// What is known of a model so far.
 /// Thread safety: none. Real-time: no.
 class ModelParts {
@@ -75,7 +81,8 @@ class ModelParts {
   std::string measured_source() const;
   std::pair<double, double> speeds_of(std::size_t executor) const;
   std::optional<Nanoseconds> said_by_component(std::size_t callback) const;
-  bool is_of_takt(std::size_t callback) const;
+  /// The same of the callback's.
+  bool says_all(std::size_t callback) const;
   const ModelledProcess* process_of(std::size_t callback) const {
     return parts_[model_.system.callbacks[callback].executor].process;
   }
@@ -137,6 +144,7 @@ class AssumptionFinder : public ModelParts {
   void add_who_sends_besides();
   void add_exceptions();
   void add_what_nobody_says();
+  void add_heap();
   void add_what_nobody_says_of_loans(std::size_t sender);
   void add_what_nodes_may_make();
   bool sends(std::size_t callback) const;

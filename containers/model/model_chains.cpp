@@ -9,6 +9,17 @@
 #include "takt/nodes/lifecycle_node.hpp"
 
 namespace takt {
+namespace {
+
+// What it sends after it has waited comes from a callback of its own.
+bool is_coroutine(const ModelledProcess::Callback& callback) {
+  const auto& of_node = callback.node->entities();
+  return std::any_of(of_node.begin(), of_node.end(), [&](const std::shared_ptr<Entity>& other) {
+    return other->name() == callback.entity->name() + "/resumed";
+  });
+}
+
+}  // namespace
 
 void ChainFinder::add_chains() {
   for (const PlannedChain& planned : chains_) {
@@ -131,6 +142,14 @@ std::string ChainFinder::why_nothing_comes(const std::vector<std::size_t>& path)
   const std::string& name = model_.system.callbacks[index].name;
   if (path.size() == 1 && !may_run_[index]) {
     return fmt::format("nothing comes to '{}': no callback of the file sends to it", name);
+  }
+  if (is_coroutine(callback)) {
+    return fmt::format("'{}' is a coroutine: nobody knows when it goes on after a `co_await`",
+                       name);
+  }
+  if (!callback.is_served) {
+    return fmt::format("no executor of the file runs the group '{}' of '{}'",
+                       callback.entity->group()->name(), name);
   }
   if (path.size() > 1) {
     const auto found = nothing_passes_.find({path[path.size() - 2], index});

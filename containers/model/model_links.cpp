@@ -233,7 +233,8 @@ void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
     if (is_known) {
       assume({.id = "as_declared",
               .state = Assumption::State::unchecked,
-              .text = "no message on {} takes longer between processes than its `delay`",
+              .text = "no message on {} takes longer between processes than its `delay` says, or "
+                      "less",
               .name = way.topic,
               .source = declared_at(line_of("a topic", "delay")),
               .executor = callbacks[to].executor});

@@ -129,7 +129,7 @@ void ModelBuilder::set_execution(std::size_t index) {
   } else if (said) {
     facts.execution = Provenance::exact;
     longest = exact;
-    least = *said;
+    if (says_all(index)) least = *said;  // another one may send before its end
   }
   if (budget && *budget < known) {
     assume({.id = "budgets_hold",

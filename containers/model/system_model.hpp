@@ -33,6 +33,7 @@ struct ModelledProcess {
       ThreadAttributes attributes;
     };
     std::optional<Thread> thread = {};
+    bool is_served = true;  // false: its group is for an executor that its component makes
 
     CallbackParameters parameters() const;
   };

@@ -5,6 +5,7 @@
 #include <array>
 #include <fstream>
 #include <sstream>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -49,6 +50,14 @@ bool has_senders(const SystemModel& model, std::size_t to) {
   return std::any_of(all.begin(), all.end(), [&](const analysis::Callback& from) {
     return std::any_of(from.outputs.begin(), from.outputs.end(),
                        [&](const analysis::Output& output) { return output.to == to; });
+  });
+}
+
+bool has_join(const SystemModel& model, const std::vector<std::size_t>& path) {
+  return std::any_of(path.begin(), path.end(), [&](std::size_t callback) {
+    const auto& outputs = model.system.callbacks[callback].outputs;
+    return std::any_of(outputs.begin(), outputs.end(),
+                       [](const analysis::Output& output) { return output.waits; });
   });
 }
 
@@ -117,6 +126,8 @@ BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
     const ExecutionWatch::Limits limits = limits_of(model, bounds, i);
     watched.bound = limits.bound;
     watched.entity = process.callbacks[i].entity;
+    watched.node = process.callbacks[i].node;
+    watched.parameters = process.callbacks[i].parameters();
     watched.watch = std::make_shared<ExecutionWatch>(limits);
     process.callbacks[i].entity->set_execution_watch(watched.watch);
   }
@@ -128,7 +139,11 @@ BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
   for (std::size_t i = 0; i < model.chains.size(); ++i) {
     const ModelBounds::Chain& bound = bounds.chains[i];
     if (!bound.bound) continue;
-    chains_[model.chains[i].name] = *bound.bound;
+    const auto& path = model.system.chains[model.chains[i].index].callbacks;
+    WatchedChain& watched = chains_[model.chains[i].name];
+    watched.bound = *bound.bound;
+    watched.first = callbacks_[path.front()].name;
+    watched.keeps = bound.why_lossy.empty() && !has_join(model, path);
     all_.push_back(model.chains[i].name);
     if (!bound.why_lossy.empty()) continue;
     for (const std::size_t callback : model.system.chains[model.chains[i].index].callbacks) {
@@ -155,10 +170,11 @@ void BoundWatch::look(const std::vector<int>& threads,
     look_at_callback(watched, counted != callbacks.end() ? *counted : CallbackStatistics(),
                      is_over);
     if (!is_over) look_at_what_waits(watched);
+    look_at_what_its_node_changes(watched);
     look_at_clock(watched);
   }
   for (const CallbackStatistics& each : callbacks) look_at_what_is_new(each);
-  for (const auto& chain : chains) look_at_chain(*chain);
+  for (const auto& chain : chains) look_at_chain(*chain, callbacks);
   look_at_machine(threads);
 }
 
@@ -184,6 +200,23 @@ void BoundWatch::look_at_clock(const Watched& callback) {
   if (simulated == nullptr || !simulated->simulates()) return;
   report("nothing_is_changed", callback.name + " clock",
          fmt::format("'{}' follows simulated time", callback.name), 1, all_);
+}
+
+// What its container changes is reported by that.
+void BoundWatch::look_at_what_its_node_changes(const Watched& callback) {
+  const auto node = callback.node.lock();
+  if (node == nullptr) return;
+  const auto entity = callback.entity.lock();
+  if (entity == nullptr) {
+    return report("nothing_is_changed", callback.name + " gone",
+                  fmt::format("'{}' was let go", callback.name), 1, all_);
+  }
+  const auto numbers = [](const CallbackParameters& of) {
+    return std::tuple(of.priority, of.deadline, of.period, of.budget, of.criticality, of.overrun);
+  };
+  if (numbers(node->callback_parameters(*entity)) == numbers(callback.parameters)) return;
+  report("nothing_is_changed", callback.name + " parameters",
+         fmt::format("the parameters of '{}' are others", callback.name), 1, all_);
 }
 
 // One that is not served ends no execution that could be compared.
@@ -260,14 +293,29 @@ void BoundWatch::look_at_what_comes_from_outside(Watched& callback, std::uint64_
          counted_so_far("outside", callback.name, 1), callback.chains);
 }
 
-void BoundWatch::look_at_chain(const Chain& chain) {
-  const std::uint64_t count = chain.beyond_bound();
-  if (count == 0) return;
+void BoundWatch::look_at_chain(const Chain& chain,
+                               const std::vector<CallbackStatistics>& callbacks) {
   const std::string& name = chain.options().name;
-  report("bound", name,
-         fmt::format("chain '{}' took {}, and its bound is {}", name,
-                     ms(chain.statistics().latency.max()), ms(chains_[name])),
-         count, {name});
+  const auto known = chains_.find(name);
+  if (known == chains_.end()) return;
+  const auto& [bound, first, keeps] = known->second;
+  const ChainStatistics seen = chain.statistics();
+  if (const std::uint64_t count = chain.beyond_bound(); count != 0) {
+    report("bound", name,
+           fmt::format("chain '{}' took {}, and its bound is {}", name, ms(seen.latency.max()),
+                       ms(bound)),
+           count, {name});
+  }
+  constexpr std::uint64_t kOnTheWay = 2;
+  for (const CallbackStatistics& counted : callbacks) {
+    if (counted.node + "/" + counted.callback != first) continue;
+    const std::uint64_t ended = seen.instances + seen.aborted;
+    if (counted.received <= kOnTheWay + (keeps ? ended : 0) || (!keeps && ended != 0)) continue;
+    report("as_declared", name + " instances",
+           fmt::format("of {} instances of chain '{}', {} came through", counted.received, name,
+                       seen.instances),
+           1, {name});
+  }
 }
 
 void BoundWatch::look_at_machine(const std::vector<int>& threads) {

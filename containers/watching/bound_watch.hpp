@@ -62,6 +62,13 @@ class BoundWatch {
     std::shared_ptr<ExecutionWatch> watch;
     Nanoseconds bound{0};  // 0: none
     std::weak_ptr<const Entity> entity;
+    std::weak_ptr<const Node> node;
+    CallbackParameters parameters;  // as they were analysed
+  };
+  struct WatchedChain {
+    Nanoseconds bound{0};
+    std::string first;   // its first callback
+    bool keeps = false;  // none of its instances is lost, or joined with others
   };
   struct Ticks {
     std::uint64_t interrupts = 0, stolen = 0;
@@ -77,8 +84,9 @@ class BoundWatch {
   void look_at_what_is_new(const CallbackStatistics& counted);
   void look_at_what_waits(const Watched& callback);
   void look_at_clock(const Watched& callback);
+  void look_at_what_its_node_changes(const Watched& callback);
   void look_at_what_comes_from_outside(Watched& callback, std::uint64_t count);
-  void look_at_chain(const Chain& chain);
+  void look_at_chain(const Chain& chain, const std::vector<CallbackStatistics>& callbacks);
   void look_at_machine(const std::vector<int>& threads);
   void look_at_threads(const Figures& now);
   void look_at_cpus(const Figures& now);
@@ -90,8 +98,8 @@ class BoundWatch {
   std::uint64_t counted_so_far(const char* kind, const std::string& what, std::uint64_t more);
 
   std::vector<Watched> callbacks_;
-  std::map<std::string, Nanoseconds> chains_;  // their bounds
-  std::vector<std::string> all_;               // the names of these
+  std::map<std::string, WatchedChain> chains_;
+  std::vector<std::string> all_;  // the names of these
   Preemptions preemptions_;
   std::set<int> cpus_;  // of the real-time threads
   Figures before_;

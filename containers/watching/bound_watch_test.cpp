@@ -42,8 +42,10 @@ TAKT_MESSAGE(Seen, "test/msg/Seen", number);
 std::atomic<bool> must_hang{false}, hangs{false};
 /// The next execution gives its thread another policy; unset when it has.
 std::atomic<bool> must_demote{false};
-/// The next execution makes another timer; unset when it has.
-std::atomic<bool> must_make{false};
+/// The next execution makes another timer, or changes its own parameters; unset when it has.
+std::atomic<bool> must_make{false}, must_change{false};
+/// No execution sends.
+std::atomic<bool> sends_nothing{false};
 
 /// Of the sender; it shows the real time until a test lets it simulate.
 const auto watched_clock = std::make_shared<SimulatedClock>(Clock::steady(), false);
@@ -69,6 +71,10 @@ class WatchedSender : public Node {
         later_ = create_timer("later", 10ms, [] {});
         must_make.store(false);
       }
+      if (must_change.load()) {
+        set_callback_parameters({.callbacks = {{"tick", {.priority = 7}}}});
+        must_change.store(false);
+      }
       if (must_demote.load()) {
         apply({.name = "one", .policy = ThreadPolicy::batch}, Realtime::prefer);
         must_demote.store(false);
@@ -76,7 +82,7 @@ class WatchedSender : public Node {
       const Nanoseconds before = thread_cpu_time();
       while (thread_cpu_time() - before < work) {
       }
-      publisher_->publish(Seen{});
+      if (!sends_nothing.load()) publisher_->publish(Seen{});
     });
   }
 
@@ -227,6 +233,27 @@ TEST(BoundWatch, SeesWhatIsMadeLater) {
               Not(Contains(is("as_declared", "was made later"))));
 }
 
+// A component that changes itself asks no container.
+TEST(BoundWatch, SeesWhatANodeChanges) {
+  const auto found = deviations_of(with_work(0), [](Container&) {
+    must_change.store(true);
+    EXPECT_TRUE(eventually([] { return !must_change.load(); }));
+  });
+  EXPECT_THAT(found, Contains(is("nothing_is_changed", "the parameters of '/s/tick' are others")));
+}
+
+// A chain on which nothing came through had no deviation: nothing was above its bound.
+TEST(BoundWatch, SeesThatNothingComesThrough) {
+  const auto found = deviations_of(with_work(0), [](Container& container) {
+    sends_nothing.store(true);
+    const auto ticks = [&] { return container.statistics().callbacks.front().received; };
+    const std::uint64_t before = ticks();
+    EXPECT_TRUE(eventually([&] { return ticks() > before + 5; }));
+  });
+  sends_nothing.store(false);
+  EXPECT_THAT(found, Contains(is("as_declared", "instances of chain 'c'")));
+}
+
 // Under simulated time its timers run at any speed.
 TEST(BoundWatch, SeesSimulatedTime) {
   const auto found = deviations_of(with_work(0), [](Container&) { watched_clock->simulate(true); });
@@ -317,7 +344,8 @@ TEST(BoundWatch, SeesWhoPreemptsAThreadThatBeginsLate) {
     }
   });
   EXPECT_TRUE(eventually([&] { return late.load() != 0; }));
-  std::atomic<int> rounds{0};  // it sleeps between two
+  watch.look({}, {}, {}, false);  // what ran until now has not filled the kernel's buffer
+  std::atomic<int> rounds{0};     // it sleeps between two
   std::thread rival([&] {
     set("rival", 20);
     EXPECT_TRUE(eventually([&] {

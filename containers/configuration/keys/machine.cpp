@@ -97,9 +97,9 @@ void ConfigurationReader::read_speed(const Value& value) {
   if (std::from_chars(value.name.data(), end, cpu).ptr != end || cpu < 0) {
     errors_.add(value.line, fmt::format("'{}' is not a CPU", value.name), "write its number");
   }
-  if (!(speed > 0 && speed < 1000)) {
+  if (!(speed >= 0.001 && speed <= 1000)) {
     errors_.add(value.line, fmt::format("CPU {} has a speed of {}", value.name, speed),
-                "write a number above 0; 0.5 makes executions twice as long");
+                "write a number of 0.001 to 1000; 0.5 makes executions twice as long");
     return;
   }
   system_.machine.speed.try_emplace(cpu, speed);
@@ -108,7 +108,12 @@ void ConfigurationReader::read_speed(const Value& value) {
 SystemReader::Read ConfigurationReader::into_rt_runtime(std::optional<Nanoseconds>& runtime) {
   return word_or(
       "unlimited", [&runtime] { runtime = std::chrono::seconds(1); },
-      without_default([this, &runtime] { return into_duration(runtime.emplace(), [] {}); }));
+      without_default([this, &runtime] {
+        return into_duration(runtime.emplace(), [&runtime] {
+          if (*runtime <= std::chrono::seconds(1)) return;
+          throw Error("a second has no more than 1s", "write at most that, or `unlimited`");
+        });
+      }));
 }
 
 }  // namespace takt

@@ -39,6 +39,9 @@ struct Seen {
   std::map<std::string, std::uint64_t> causes;
 };
 
+/// The name in a trace of all callbacks that were let go, which no later run has.
+const std::string kRemoved = "(removed)";
+
 /// A callback of a trace as a chain names it: that of the topic "/scan" is "/planner/scan".
 std::string named_as_in_chains(const std::string& callback) {
   const std::size_t slashes = callback.find("//", 1);
@@ -93,7 +96,11 @@ class Extraction {
       model.dispatch_overhead = percentile(dispatches_, kOverheads);
     }
     if (wakes_.size() >= kLeastOverheads) model.wake_overhead = percentile(wakes_, kOverheads);
-    for (auto& [name, seen] : seen_) model.callbacks.push_back(measured(name, seen));
+    seen_.erase(kRemoved);
+    for (auto& [name, seen] : seen_) {
+      seen.causes.erase(kRemoved);
+      model.callbacks.push_back(measured(name, seen));
+    }
   }
 
  private:
@@ -285,7 +292,7 @@ MeasuredModel extract_model(std::span<const Trace> traces) {
       MeasuredExecutor& executor = model.executors.emplace_back(
           MeasuredExecutor{.name = name, .type = of.at("type"), .scheduler = of.at("scheduler")});
       for (const json& callback : of.at("callbacks")) {
-        executor.callbacks.push_back(named_as_in_chains(callback));
+        if (callback != kRemoved) executor.callbacks.push_back(named_as_in_chains(callback));
       }
     }
   }

@@ -1,0 +1,165 @@
+// What the code of a component may do, and no file tells: each is said, or takes the bound away.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/containers/component.hpp"
+#include "takt/containers/model/bound_of_test.hpp"
+#include "takt/entities/task.hpp"
+
+namespace code_traps {
+namespace {
+
+using namespace takt;
+using namespace takt::test;
+
+using namespace std::chrono_literals;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+struct Coded {
+  int number = 0;
+};
+TAKT_MESSAGE(Coded, "test/msg/Coded", number);
+
+/// Sends to `t` each 10 ms. It says that it takes 1 ms.
+class CodeSender : public Node, public KnowsExecutionTimes {
+ public:
+  explicit CodeSender(const NodeOptions& options) : Node("sender", options) {
+    publisher_ = create_publisher<Coded>("t", 10, {.published_by = {"tick"}});
+    timer_ = create_timer("tick", 10ms, [] {});
+  }
+  std::optional<Nanoseconds> execution_time(std::string_view) const override { return 1ms; }
+
+ private:
+  Publisher<Coded>::SharedPtr publisher_;
+  Timer::SharedPtr timer_;
+};
+
+/// Its parameter chooses how it receives.
+class CodeReceiver : public Node {
+ public:
+  explicit CodeReceiver(const NodeOptions& options) : Node("receiver", options) {
+    const auto kind = declare_parameter<std::string>("kind", "");
+    const auto group = create_callback_group("own", CallbackGroupType::MutuallyExclusive,
+                                             /*automatically_add_to_executor=*/kind != "apart");
+    if (kind == "coroutine") {
+      subscription_ = create_subscription<Coded>(
+          "t", 10, [](const Coded&) -> Task<> { co_return; }, group);
+    } else {
+      subscription_ = create_subscription<Coded>(
+          "t", 10, [](const Coded&) {}, group);
+    }
+  }
+
+ private:
+  std::shared_ptr<void> subscription_;
+};
+
+struct CodeFile {
+  std::string top = {}, kind = {}, of_tick = {}, more = {};
+
+  Analyzed analyzed() const {
+    return takt::test::analyzed("realtime: require\nmemory: {lock: true}\n" + top + R"(
+threads: {one: {policy: SCHED_FIFO, priority: 50, affinity: [0]}, two: {policy: SCHED_FIFO, priority: 40, affinity: [0]}}
+executors: {default: {threads: [one], type: events}, other: {threads: [two], type: events}}
+chains: [{name: c, deadline: 50ms, path: [s/tick, r/t]}]
+container:
+  name: coded
+  components:
+    - component: code_traps::CodeSender
+      name: s
+      executor: default
+      callbacks: {tick: {)" + of_tick +
+                                R"(}}
+    - component: code_traps::CodeReceiver
+      name: r
+      executor: default
+      parameters: {kind: ')" + kind +
+                                R"('}
+      callbacks: {t: {execution: 1ms}}
+)" + more);
+  }
+};
+
+// A class of somebody's that says its execution times was taken to do nothing else.
+TEST(CodeTraps, AClassThatKnowsItsTimesMayDoMore) {
+  const Analyzed found = CodeFile().analyzed();
+  EXPECT_TRUE(found.bound().bound);
+  EXPECT_THAT(found.text_of("as_declared"),
+              AllOf(HasSubstr("'/s/tick' keeps its period"),
+                    HasSubstr("'/s', '/r' makes no other callbacks later"),
+                    HasSubstr("only 'tick' of '/s' send to '/r/t', and no thread that it has made"),
+                    HasSubstr("execution of '/s/tick' sends one message to each topic")));
+}
+
+TEST(CodeTraps, AStepMaySendNothing) {
+  EXPECT_THAT(CodeFile().analyzed().text_of("as_declared"), HasSubstr("no more and no less"));
+}
+
+TEST(CodeTraps, ASenderMaySendBeforeItsEnd) {
+  const auto text = [](const char* of_tick) {
+    return CodeFile{.of_tick = of_tick}.analyzed().text_of("as_declared");
+  };
+  EXPECT_EQ(CodeFile().analyzed().model.system.callbacks[0].least_execution, 0);
+  EXPECT_THAT(text("execution: {min: 1ms, max: 1ms}"), HasSubstr("'/s/tick' sends at its end"));
+  EXPECT_THAT(text("execution: {min: 1ms, max: 1ms}, outputs: any"), Not(HasSubstr("at its end")));
+}
+
+TEST(CodeTraps, AConstructorMayChooseTheFirstRelease) {
+  EXPECT_THAT(CodeFile().analyzed().text_of("start_is_over"),
+              HasSubstr("a first release of '/s/tick' that its constructor chooses"));
+}
+
+TEST(CodeTraps, ACallbackMayBeLetGoAndChanged) {
+  EXPECT_THAT(CodeFile().analyzed().text_of("nothing_is_changed"),
+              HasSubstr("'/s', '/r' lets none of its callbacks go, and changes no parameters"));
+}
+
+TEST(CodeTraps, ACoroutineGoesOnWhenItLikes) {
+  EXPECT_THAT(CodeFile{.kind = "coroutine"}.analyzed().bound().why_not,
+              HasSubstr("'/r/t' is a coroutine: nobody knows when it goes on"));
+}
+
+// The group that a component keeps for an executor of its own was analysed as one of the file's.
+TEST(CodeTraps, AGroupMayBelongToNoExecutorOfTheFile) {
+  EXPECT_EQ(CodeFile{.kind = "plain"}.analyzed().bound().why_not, "");
+  EXPECT_THAT(CodeFile{.kind = "apart"}.analyzed().bound().why_not,
+              HasSubstr("no executor of the file runs the group 'own' of '/r/t'"));
+}
+
+// A less urgent thread holds the heap's lock as long as Linux lets it wait.
+TEST(CodeTraps, TheHeapHasALock) {
+  const auto text = [](const char* way) {
+    return analyzed(fmt::format(R"(
+threads: {{one: {{policy: SCHED_FIFO, priority: 50, affinity: [0]}}, two: {{policy: SCHED_FIFO, priority: 40, affinity: [0]}}}}
+executors: {{a: {{threads: [one], type: events}}, b: {{threads: [two], type: events}}}}
+container:
+  components:
+    - {{component: takt::Workload, name: a, executor: a, parameters: {{publishers: {{topic: [w], period_us: [10000]}}}}}}
+    - {{component: takt::Workload, name: b, executor: b, parameters: {{publishers: {{topic: [x], period_us: [10000], pass_by: [{}]}}}}}}
+chains: [{{name: c, path: [a/w_timer]}}]
+)",
+                                way))
+        .text_of("as_declared");
+  };
+  EXPECT_THAT(text("unique_ptr"),
+              HasSubstr("'/a/w_timer', '/b/x_timer' waits for the heap's lock"));
+  EXPECT_EQ(text("loaned_msg"), "");
+}
+
+// A delay that was promised to be no shorter was not among what is promised.
+TEST(CodeTraps, TheLeastDelayIsAPromise) {
+  const auto text = [](const char* delay) {
+    return analyzed(two_processes(fmt::format("topics: {{/x: {{delay: {{{}}}}}}}\n", delay)))
+        .text_of("as_declared");
+  };
+  EXPECT_THAT(text("min: 1ms, max: 2ms"), HasSubstr("than its `delay` says, or less"));
+}
+
+}  // namespace
+}  // namespace code_traps
+
+TAKT_REGISTER_COMPONENT(code_traps::CodeSender, "sends")
+TAKT_REGISTER_COMPONENT(code_traps::CodeReceiver, "receives")
