@@ -179,7 +179,10 @@ void compare_with_model(AnalyzedFile& file, const ContainerOverrides& overrides)
 
 /// Threads on the CPUs of `machine: cpus`, which need not be here: nothing runs on them.
 void forget_cpus(std::vector<ThreadDescription>& threads) {
-  for (ThreadDescription& thread : threads) thread.attributes.affinity.clear();
+  for (ThreadDescription& thread : threads) {  // one that is here, for a band is on one
+    std::vector<int>& affinity = thread.attributes.affinity;
+    if (!affinity.empty()) affinity = {available_cpus().front()};
+  }
 }
 
 /// As the file has them. There may be others, which a plan has made.

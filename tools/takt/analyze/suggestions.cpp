@@ -130,7 +130,7 @@ void Search::try_orders(ExecutorDescription& executor) {
   if (!is_used) return;
   for (const std::string& type : executors().names()) {
     const ExecutorTraits traits = executors().traits(type);
-    if (traits.isolates || traits.triggered || traits.frozen ||
+    if (traits.isolates || traits.triggered || traits.frozen || traits.takes_band ||
         executor.threads.size() > traits.max_threads) {
       continue;
     }

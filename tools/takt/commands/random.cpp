@@ -134,11 +134,16 @@ void set_up(CLI::App* command) {
   command->callback([command, options, cpus, path, lines] {
     if (!command->get_subcommands().empty()) return;
     if (command->count("--seed") == 0) throw CLI::RequiredError("--seed");
-    if (options->executors.empty()) options->executors = executors().names();
+    if (options->executors.empty()) options->executors = executors_to_draw();
     if (options->schedulers.empty()) options->schedulers = schedulers().names();
     options->cpus = parse_cpu_set(cpus->empty() ? "all" : *cpus);
     if (cpus->empty() && options->cpus.size() > kUsualCpus) options->cpus.resize(kUsualCpus);
-    for (const std::string& name : options->executors) executors().check(name);
+    for (const std::string& name : options->executors) {
+      executors().check(name);
+      if (!executors().traits(name).takes_band) continue;
+      throw Error(fmt::format("no system is drawn for executors of type '{}'", name),
+                  "its threads have a band of priorities; choose another type");
+    }
     for (const std::string& name : options->schedulers) schedulers().check(name);
     if (*lines != 0) return write_lines(*options, *lines);
     write(*options, *path);

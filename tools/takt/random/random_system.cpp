@@ -275,6 +275,12 @@ ordered_json SystemDrawing::document() const {
 
 }  // namespace
 
+std::vector<std::string> executors_to_draw() {
+  std::vector<std::string> names = executors().names();
+  std::erase_if(names, [](const std::string& name) { return executors().traits(name).takes_band; });
+  return names;
+}
+
 RandomSystem random_system(const RandomOptions& options) {
   const SystemDrawing drawing(options);
   return {drawing.document(), drawing.utilisation()};

@@ -17,6 +17,9 @@ struct RandomOptions {
   std::vector<int> cpus;                           // for the threads
 };
 
+/// All types but those that take a band of priorities, whose threads are not drawn.
+std::vector<std::string> executors_to_draw();
+
 struct RandomSystem {
   nlohmann::ordered_json document;  // for yaml_file()
   double utilisation = 0;           // of the executor that has most to do, of its part of the CPUs

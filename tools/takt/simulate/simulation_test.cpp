@@ -31,7 +31,7 @@ using namespace std::chrono_literals;
 /// On two CPUs of a machine that is not this one.
 std::string random_file(std::uint64_t seed) {
   const RandomOptions options{.seed = seed,
-                              .executors = executors().names(),
+                              .executors = executors_to_draw(),
                               .schedulers = schedulers().names(),
                               .cpus = {0, 1}};
   return yaml_file(random_system(options).document) +
@@ -198,6 +198,27 @@ TEST(Simulation, PeriodsHoldBackWhatIsSent) {
   const ProcessResult result =
       simulated(mute_file("machine: {cpus: 4}\n", "affinity: [3]", "type: triggered, let: 20ms"));
   EXPECT_GE(result.chains.front().statistics.latency.max(), 60ms);
+}
+
+TEST(Simulation, CallbacksInterruptEachOther) {
+  const auto longest = [](const char* executor, const char* priority) {
+    return simulated(fmt::format(R"(
+machine: {{cpus: 8}}
+threads: {{urgent: {{policy: SCHED_FIFO, priority: {}, affinity: [7]}}}}
+executors: {{fast: {{{}, scheduler: fixed_priority, threads: [urgent]}}}}
+chains: [{{name: c, path: [quick/z_timer]}}]
+container:
+  name: simulated
+  components:
+    - {{component: takt::Workload, name: slow, executor: fast, parameters: {{publishers: {{topic: [x], period_us: [50000], work_us: [10000]}}}}}}
+    - {{component: takt::Workload, name: quick, executor: fast, callbacks: {{z_timer: {{priority: 9}}}}, parameters: {{publishers: {{topic: [z], period_us: [3000], work_us: [200]}}}}}}
+)",
+                                 priority, executor))
+        .chains.front()
+        .statistics.latency.max();
+  };
+  EXPECT_EQ(longest("type: preemptive", "60..61"), 200us);
+  EXPECT_GT(longest("type: events", "60"), 7ms);
 }
 
 TEST(Simulation, WhatCannotBeSimulatedIsRefusedByName) {
