@@ -45,7 +45,7 @@ std::int64_t size_of(std::string_view type) {
 }
 
 /// A publisher or a subscription; of a client or a server the topic is the service.
-struct Endpoint {
+struct JsonEndpoint {
   std::string topic;  // or the service
   std::string type;
   std::string pass_by;
@@ -143,7 +143,7 @@ class WorkloadReader : private SystemReader {
   // ---- What a node has ----
 
   void read_publisher(const Value& value, ComponentDescription& node) {
-    Endpoint publisher{.pass_by = "unique_ptr"};
+    JsonEndpoint publisher{.pass_by = "unique_ptr"};
     std::vector<Field> fields = topic_fields(publisher);
     add_rate(fields, publisher);
     fields.push_back({"msg_size",
@@ -159,14 +159,14 @@ class WorkloadReader : private SystemReader {
   }
 
   void read_subscriber(const Value& value, ComponentDescription& node) {
-    Endpoint subscription{.pass_by = "shared_ptr"};
+    JsonEndpoint subscription{.pass_by = "shared_ptr"};
     read_map(value, "a subscriber", topic_fields(subscription));
     check_topic(value, subscription, node);
     append(value, node, "subscriptions", subscription);
   }
 
   void read_client(const Value& value, ComponentDescription& node) {
-    Endpoint client;
+    JsonEndpoint client;
     std::vector<Field> fields = service_fields(client);
     add_rate(fields, client);
     read_map(value, "a client", fields);
@@ -176,13 +176,13 @@ class WorkloadReader : private SystemReader {
   }
 
   void read_server(const Value& value, ComponentDescription& node) {
-    Endpoint server;
+    JsonEndpoint server;
     read_map(value, "a server", service_fields(server));
     append(value, node, "servers.service", server.topic);
   }
 
   void append(const Value& value, ComponentDescription& node, const std::string& kind,
-              const Endpoint& endpoint) {
+              const JsonEndpoint& endpoint) {
     append(value, node, kind + ".topic", endpoint.topic);
     append(value, node, kind + ".pass_by", endpoint.pass_by);
     append<std::int64_t>(value, node, kind + ".depth", endpoint.depth);
@@ -199,7 +199,7 @@ class WorkloadReader : private SystemReader {
 
   // ---- Keys ----
 
-  std::vector<Field> topic_fields(Endpoint& endpoint) {
+  std::vector<Field> topic_fields(JsonEndpoint& endpoint) {
     std::vector<Field> fields{
         {"topic_name", "The topic.", into_topic(endpoint.topic), true},
         {"msg_type",
@@ -213,7 +213,7 @@ class WorkloadReader : private SystemReader {
     return fields;
   }
 
-  std::vector<Field> service_fields(Endpoint& endpoint) {
+  std::vector<Field> service_fields(JsonEndpoint& endpoint) {
     std::vector<Field> fields{{"service_name", "The service.", into_topic(endpoint.topic), true},
                               {"srv_type", "Its type, optionally after a plugin name and `::`.",
                                into_type(endpoint.type, {"stamped10b"}), true}};
@@ -221,7 +221,7 @@ class WorkloadReader : private SystemReader {
     return fields;
   }
 
-  void add_rate(std::vector<Field>& fields, Endpoint& endpoint) {
+  void add_rate(std::vector<Field>& fields, JsonEndpoint& endpoint) {
     // The last field takes precedence.
     fields.push_back({"period_ms", "The period. Either this key or `freq_hz` is required.",
                       into_period(endpoint, [](double ms) { return ms * 1e3; })});
@@ -229,7 +229,7 @@ class WorkloadReader : private SystemReader {
                       into_period(endpoint, [](double hz) { return 1e6 / hz; })});
   }
 
-  void add_qos(std::vector<Field>& fields, Endpoint& endpoint) {
+  void add_qos(std::vector<Field>& fields, JsonEndpoint& endpoint) {
     const std::vector<Field> qos{
         {"qos_depth", "Number of messages kept.",
          [this, &endpoint](const Value& value) {
@@ -285,7 +285,7 @@ class WorkloadReader : private SystemReader {
     };
   }
 
-  Read into_period(Endpoint& endpoint, const std::function<double(double)>& microseconds) {
+  Read into_period(JsonEndpoint& endpoint, const std::function<double(double)>& microseconds) {
     return [this, &endpoint, microseconds](const Value& value) {
       if (describes("number")) return;
       double number = std::nan("");
@@ -313,7 +313,8 @@ class WorkloadReader : private SystemReader {
                 "add one of them");
   }
 
-  void check_topic(const Value& value, const Endpoint& endpoint, const ComponentDescription& node) {
+  void check_topic(const Value& value, const JsonEndpoint& endpoint,
+                   const ComponentDescription& node) {
     if (endpoint.topic.empty() || endpoint.type.empty()) return;
     const int line = document::find(value, "msg_type")->line;
     const std::string topic = Node("any", {.name_space = node.name_space}).resolve(endpoint.topic);
@@ -326,7 +327,7 @@ class WorkloadReader : private SystemReader {
                 "give the topic one type");
   }
 
-  void set_size(const Value& value, Endpoint& publisher) {
+  void set_size(const Value& value, JsonEndpoint& publisher) {
     const Value* given = document::find(value, "msg_size");
     const std::int64_t bytes = size_of(publisher.type);
     if (bytes == kVariable && given == nullptr) {
