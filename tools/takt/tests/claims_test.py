@@ -109,7 +109,14 @@ CLAIMS = {
             "name: lidar", "name: lidar, callbacks: {a_timer: {budget: 6ms}, b_timer: {budget: 6ms}}, parameters: {publishers: {topic: [a, b], "
             "period_us: [10000, 10000]}}"))),
     ],
+    "preemptive.md": [
+        ("inside the band is an error", refused("check", "FILE", file=LIDAR + "threads: {band: {policy: SCHED_FIFO, priority: 60..62, affinity: "
+                                                "[0]}, log: {policy: SCHED_FIFO, priority: 61}}\n")),
+    ],
     "command_line.md": [
+        ("Exit 1: a chain missed its deadline.", refused("simulate", "FILE", "--duration", "1s", status=1, file=LIDAR.replace(
+            "name: lidar", "name: lidar, parameters: {publishers: {topic: [a], period_us: [10000], work_us: [5000]}}") +
+            "chains: [{name: c, deadline: 1ms, path: [lidar/a_timer]}]\n")),
         ("an error with several processes", refused("run", "FILE", "--composition", "per-node", "--transport", "intra", "--duration", "1ms",
          file=LIDAR.replace("name: lidar}", "name: lidar}, {component: takt::Workload, name: other}"))),
         ("if it cannot be loaded", refused("topic", "echo", "/none", "--library", "none.so")),
