@@ -267,7 +267,7 @@ TEST(Oracle, TheCpusDoWhatItSays) {
       made.push_back({type_of(executor, seed + i), scheduler});
       reservations += executor.reservation ? 1 : 0;
       if (executor.share || executor.reservation) continue;
-      executor.share.emplace().priority = 1;
+      executor.share = Executor::Share{.cpus = {}, .priority = 1};
       for (std::size_t thread = 0; thread < executor.threads; ++thread) {
         executor.share->cpus.push_back(static_cast<int>(cpus.size()));
         cpus.push_back(static_cast<int>(cpus.size()));
