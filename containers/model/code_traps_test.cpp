@@ -7,7 +7,7 @@
 #include "takt/containers/model/bound_of_test.hpp"
 #include "takt/entities/task.hpp"
 
-namespace code_traps {
+namespace tricky {
 namespace {
 
 using namespace takt;
@@ -68,12 +68,12 @@ chains: [{name: c, deadline: 50ms, path: [s/tick, r/t]}]
 container:
   name: coded
   components:
-    - component: code_traps::CodeSender
+    - component: tricky::CodeSender
       name: s
       executor: default
       callbacks: {tick: {)" + of_tick +
                                 R"(}}
-    - component: code_traps::CodeReceiver
+    - component: tricky::CodeReceiver
       name: r
       executor: default
       parameters: {kind: ')" + kind +
@@ -159,7 +159,7 @@ TEST(CodeTraps, TheLeastDelayIsAPromise) {
 }
 
 }  // namespace
-}  // namespace code_traps
+}  // namespace tricky
 
-TAKT_REGISTER_COMPONENT(code_traps::CodeSender, "sends")
-TAKT_REGISTER_COMPONENT(code_traps::CodeReceiver, "receives")
+TAKT_REGISTER_COMPONENT(tricky::CodeSender, "sends")
+TAKT_REGISTER_COMPONENT(tricky::CodeReceiver, "receives")
