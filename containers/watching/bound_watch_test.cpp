@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -319,7 +320,8 @@ TEST(BoundWatch, SeesWhoPreempts) {
 }
 
 // Where the watch began before a thread had its policy, nobody looked at its CPU.
-TEST(BoundWatch, SeesWhoPreemptsAThreadThatBeginsLate) {
+/// nullopt: without the right to see or to have it.
+std::optional<std::vector<Deviation>> seen_of_a_rival() {
   const ConfigurationFile file("late.yaml", with_work(0, ", policy: SCHED_FIFO, priority: 10"));
   const SystemDescription description = file.read();
   const Container container(description);
@@ -358,8 +360,22 @@ TEST(BoundWatch, SeesWhoPreemptsAThreadThatBeginsLate) {
   may_end.store(true);
   one.join();
   rival.join();
-  if (!has_rights.load() || !watch.note().empty()) GTEST_SKIP() << "no right to see or to have it";
-  EXPECT_THAT(watch.found(), Contains(is("dds_threads_elsewhere", "'rival'")));
+  if (!has_rights.load() || !watch.note().empty()) return {};
+  return watch.found();
+}
+
+// Beside a full machine Linux throttles the thread, and the kernel's buffer may be full before the
+// rival has come.
+TEST(BoundWatch, SeesWhoPreemptsAThreadThatBeginsLate) {
+  const auto is_seen = Contains(is("dds_threads_elsewhere", "'rival'"));
+  std::vector<Deviation> last;
+  for (int attempt = 0; attempt < 5; ++attempt) {
+    const auto found = seen_of_a_rival();
+    if (!found) GTEST_SKIP() << "no right to see or to have it";
+    last = *found;
+    if (::testing::Value(last, is_seen)) return;
+  }
+  EXPECT_THAT(last, is_seen);
 }
 
 }  // namespace
