@@ -62,7 +62,7 @@ class Preemption final : public Method {
     /// From its own arrival.
     Time response(Time busy, std::vector<Term>& terms) const {
       std::vector<Time> offsets = steps(own_.arrivals, busy);
-      if (is_by_point() && own_.key < kUnbounded) {
+      if (has_deadline()) {
         for (const Entry& other : others_) {
           if (other.key >= kUnbounded) continue;
           const Time shift = other.key - own_.key;
@@ -95,14 +95,13 @@ class Preemption final : public Method {
     };
 
     bool is_by_point() const { return part_.executor.order == Order::by_point; }
+    bool has_deadline() const { return is_by_point() && own_.key < kUnbounded; }
     Time key_of(std::size_t callback) const {
       const Callback& described = part_.at(callback);
       return is_by_point() ? described.point : -static_cast<Time>(described.urgency);
     }
     // Of those that come so long after the window has begun, and are as urgent.
-    Time key_at(Time offset) const {
-      return is_by_point() && own_.key < kUnbounded ? own_.key + offset : own_.key;
-    }
+    Time key_at(Time offset) const { return has_deadline() ? own_.key + offset : own_.key; }
     Time blocking(Time offset) const {
       Time longest = 0;
       for (const Entry& other : others_) {
@@ -113,9 +112,7 @@ class Preemption final : public Method {
     }
     Time before(const Entry& other, Time offset, Time window) const {
       if (other.key > key_at(offset)) return 0;
-      const bool is_until_deadline = is_by_point() && own_.key < kUnbounded;
-      const Time until =
-          is_until_deadline ? std::min(window, key_at(offset) - other.key + 1) : window;
+      const Time until = has_deadline() ? std::min(window, key_at(offset) - other.key + 1) : window;
       return times(other.execution, most(other.arrivals, until));
     }
     Time own(Time offset) const { return times(own_.execution, most(own_.arrivals, offset + 1)); }
