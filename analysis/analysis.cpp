@@ -398,8 +398,10 @@ Bounds analyze(const System& given, const Options& options) {
   for (Callback& callback : system.callbacks) {
     // Where callbacks interrupt each other, a worker may look when it arrives, and the next one
     // when it begins: each comes and goes.
-    const bool interrupts = system.executors[callback.executor].levels > 0;
-    const Time each = interrupts ? times(3, plus(dispatch, times(2, context_switch))) : dispatch;
+    const Executor& executor = system.executors[callback.executor];
+    const bool interrupts = executor.levels > 0;
+    const Time own = plus(dispatch, executor.more_dispatch);
+    const Time each = interrupts ? times(3, plus(own, times(2, context_switch))) : own;
     callback.execution = plus(callback.execution, each);
   }
   const Solver solver(system, options);

@@ -231,6 +231,21 @@ TEST(Analysis, SeveralMessagesWaitForSeveralPeriods) {
   EXPECT_EQ(bounds(system, "periods")[0], kUnbounded);
 }
 
+TEST(Analysis, ReleasesThatWaitQueueAsMessagesDo) {
+  System system = tasks({{1, 9}}, Order::arbitrary);
+  system.executors[0].let_period = 10;
+  EXPECT_EQ(bounds(system, "periods")[0], 10 + 1);
+  system.callbacks[0].depth = 2;
+  EXPECT_EQ(bounds(system, "periods")[0], kUnbounded);
+  system.executors[0].let_period = 0;
+  system.executors[0].is_wait_set = true;
+  system.callbacks[0].depth.reset();
+  system.callbacks[0].execution = 7;
+  EXPECT_EQ(bounds(system, "snapshots")[0], 14);
+  system.callbacks[0].depth = 2;
+  EXPECT_EQ(bounds(system, "snapshots")[0], kUnbounded);
+}
+
 // It named the next hop: "it is not known how late 'c' gets messages from 'b'".
 TEST(Analysis, SaysWhatABoundIsMissingFor) {
   System system{.executors = {{.name = "first", .unknown = "thread 'planning' is SCHED_OTHER"},

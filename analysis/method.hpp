@@ -54,6 +54,7 @@ struct Part {
   std::vector<Time> costs;
   std::vector<Count> counts;
   std::vector<const Part*> above;     // other executors on its CPUs that are as urgent or more
+  std::vector<const Part*> movers;    // see Executor::movers
   Supply supply;                      // what they leave, or what a reservation grants
   std::vector<const Part*> realtime;  // all that share System::for_realtime with it, itself too
   bool is_throttled = false;          // they may want more than that

@@ -12,7 +12,7 @@ namespace TAKT_PUBLIC analysis {
 /// arbitrary order, for which there are bounds, too.
 enum class Order {
   arbitrary,
-  by_urgency,  // the larger Callback::urgency first, then by arrival
+  by_urgency,  // the larger Callback::urgency first; equal ones anyhow, each in order of arrival
   by_arrival,  // messages as they were sent, a timer's release when the executor has looked
   by_point,    // the least of ready time + Callback::point first, then by arrival
   in_windows,  // what was seen at one polling point before what was seen at the next; inside, by

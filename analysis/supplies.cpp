@@ -16,6 +16,23 @@ Time demand_of(const std::vector<const Part*>& parts, Time window) {
   return result;
 }
 
+// What these executions cost a thread that goes on elsewhere. A reservation's may be interrupted at
+// the end of each of its budgets.
+Time moves_by(const std::vector<const Part*>& parts, Time window) {
+  Time result = 0;
+  for (const Part* part : parts) {
+    const Time each = times(2, part->system.overheads.context_switch);
+    if (each == 0) continue;
+    const Time before = plus(window, part->busy);
+    const Time with_moves = part->demand_with_spinning(before, each);
+    if (with_moves >= kUnbounded) return kUnbounded;
+    result = plus(result, with_moves - part->demand_with_spinning(before, 0));
+    const auto& reservation = part->executor.reservation;
+    if (reservation) result = plus(result, times(each, window / reservation->period + 2));
+  }
+  return result;
+}
+
 // In any window: what is left of a budget, its share, and a whole budget at the end. A thread that
 // wakes early, and gets a new budget for that, has used no more than its share of the time before.
 Time most_of(const Reservation& reservation, Time window) {
@@ -30,11 +47,11 @@ Time taken_by(const std::vector<const Part*>& above, std::size_t cpus, Time wind
   Time result = 0;
   for (const Part* part : above) {
     const auto& reservation = part->executor.reservation;
-    result =
-        plus(result, reservation ? most_of(*reservation, window)
-                                 : std::min(window, demand_of({part}, plus(window, part->busy))));
+    result = plus(result, reservation ? most_of(*reservation, window)
+                                      : std::min(window, part->demand_with_spinning(
+                                                             plus(window, part->busy), 0)));
   }
-  return result / static_cast<Time>(cpus);
+  return plus(result / static_cast<Time>(cpus), moves_by(above, window));
 }
 
 void find_above(Part& part, const std::vector<Part>& parts) {
@@ -45,6 +62,11 @@ void find_above(Part& part, const std::vector<Part>& parts) {
     has_equals = has_equals || (theirs && theirs->priority == part.executor.share->priority);
     are_bound = are_bound && theirs && theirs->cpus.size() == 1;
     part.above.push_back(&parts[other]);
+  }
+  if (part.above.empty() && part.system.overheads.context_switch != 0) {
+    for (const std::size_t other : part.executor.movers) part.movers.push_back(&parts[other]);
+    if (part.movers.empty()) return;
+    part.supply = Supply([&part](Time window) { return moves_by(part.movers, window); }, false);
   }
   if (part.above.empty()) return;
   const std::size_t cpus = part.executor.share->cpus.size();
@@ -93,19 +115,21 @@ void find_throttled(std::vector<Part>& parts) {
   }
 }
 
-// The more urgent first: what these leave is known then.
+// What one has depends on the more urgent ones. A pool has threads of several priorities, so two
+// may depend on each other: what grows on then has no end.
 void find_busy(std::vector<Part>& parts) {
-  std::vector<Part*> order;
-  for (Part& part : parts) {
-    if (part.executor.share) order.push_back(&part);
-  }
-  std::stable_sort(order.begin(), order.end(), [](const Part* a, const Part* b) {
-    return a->executor.share->priority > b->executor.share->priority;
-  });
-  for (Part* part : order) {
-    part->busy = least_fixed_point(
-        [&](Time window) { return part->supply.time_for(demand_of({part}, window), part->limit); },
-        part->limit);
+  for (Part& part : parts) part.busy = 0;
+  bool grows = true;
+  for (std::size_t round = 0; grows && round <= parts.size(); ++round) {
+    grows = false;
+    for (Part& part : parts) {
+      const Time busy = least_fixed_point(
+          [&](Time window) { return part.supply.time_for(demand_of({&part}, window), part.limit); },
+          part.limit);
+      if (busy == part.busy) continue;
+      grows = true;
+      part.busy = round < parts.size() ? busy : kUnbounded;
+    }
   }
 }
 

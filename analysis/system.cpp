@@ -43,8 +43,8 @@ void check(const System& system) {
                   executor.name,
                   "callbacks interrupt each other on one CPU, without polling points");
     refuse_unless(executor.let_period >= 0, executor.name, "a period is not negative");
-    refuse_unless(executor.early_wake >= 0 && executor.spin >= 0, executor.name,
-                  "what it spins is not negative");
+    refuse_unless(executor.early_wake >= 0 && executor.spin >= 0 && executor.more_dispatch >= 0,
+                  executor.name, "what it spins, and a dispatch, are not negative");
     refuse_unless(!executor.share || !executor.share->cpus.empty(), executor.name,
                   "a thread has one CPU at least");
     if (!executor.reservation) continue;

@@ -38,8 +38,10 @@ struct Callback {
   Time longest_gap = kUnbounded;
   /// Releases that it has missed are served by one execution.
   bool is_timer = false;
-  /// How many messages may wait for it; of more, the oldest are lost. nullopt: any number.
+  /// How many messages may wait for it; of more, the oldest are lost. nullopt: any number, but of
+  /// a timer's releases one.
   std::optional<Count> depth;
+  bool has_one_release() const { return is_timer && depth.value_or(1) == 1; }
   std::vector<Output> outputs;
   // What orders it, see Order.
   std::int64_t urgency = 0;
@@ -69,9 +71,14 @@ struct Executor {
     bool yields_to(const Share& other) const { return meets(other) && other.priority >= priority; }
   };
   std::optional<Share> share;
+  /// Other executors that may take the CPU that one of its threads runs on, though there is another
+  /// one for it: each of their executions costs it two context switches.
+  std::vector<std::size_t> movers;
   /// What a thread that shares its CPU needs there besides its callbacks: before each release of a
   /// timer, and after the last callback before it sleeps. kUnbounded: it never sleeps.
   Time early_wake = 0, spin = 0;
+  /// A dispatch takes so much longer than that of System::overheads: its CPU is slower.
+  Time more_dispatch = 0;
   bool is_realtime = false;  // see System::for_realtime
   /// Why nothing can be said about its threads; empty: something can.
   std::string unknown;

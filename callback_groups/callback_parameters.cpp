@@ -43,6 +43,7 @@ CallbackParameters CallbackParameters::or_else(const CallbackParameters& others)
   fill(result.budget, others.budget);
   fill(result.criticality, others.criticality);
   fill(result.overrun, others.overrun);
+  fill(result.releases, others.releases);
   fill(result.on_deadline_miss, others.on_deadline_miss);
   fill(result.on_overrun, others.on_overrun);
   return result;
@@ -52,6 +53,8 @@ void CallbackParameters::check(Nanoseconds own_period) const {
   check_positive("deadline", deadline);
   check_positive("period", period);
   check_positive("budget", budget);
+  if (releases.value_or(1) < 1)
+    throw Error(fmt::format("{} releases cannot wait", *releases), "give 1 or more");
   const Nanoseconds known =
       own_period != Nanoseconds::zero() ? own_period : period.value_or(Nanoseconds::zero());
   if (!budget) return;

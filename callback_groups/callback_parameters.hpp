@@ -40,7 +40,7 @@ struct OverrunReport {
 using OverrunHandler = std::function<void(const OverrunReport&)>;
 
 /// Parameters of a group apply to its callbacks; parameters of a callback take precedence. Times
-/// are positive.
+/// and numbers of releases are positive.
 struct CallbackParameters {
   std::optional<int> priority;          // larger is more urgent; else 0
   std::optional<Nanoseconds> deadline;  // from release or publication to the end
@@ -48,11 +48,13 @@ struct CallbackParameters {
   std::optional<Nanoseconds> budget;    // execution takes so long at most (wall time)
   std::optional<int> criticality;       // larger matters more; else its chain's, or 0
   std::optional<OverrunPolicy> overrun;
+  std::optional<int> releases;  // of a timer that may wait; else 1: those that come meanwhile are
+                                // missed
   OverrunHandler on_deadline_miss, on_overrun;
 
   /// These, completed by those of `others` that are not set here.
   CallbackParameters or_else(const CallbackParameters& others) const;
-  /// Throws Error about the first invalid value: times that are not positive, a budget
+  /// Throws Error about the first invalid value: times or releases that are not positive, a budget
   /// above deadline or period. `own_period`: of a timer, else 0.
   void check(Nanoseconds own_period = Nanoseconds::zero()) const;
 };

@@ -31,10 +31,22 @@ def own_domain():
     sys.exit("all domains for tests are taken: wait until other tests have ended")
 
 
+def state_of(pid):
+    """The words of its /proc/PID/stat behind its name, which may be any bytes (also of PID/task/THREAD). OSError: gone."""
+    return pathlib.Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].decode().split()
+
+
+def lives(pid):
+    try:
+        return state_of(pid)[0] != "Z"
+    except OSError:
+        return False
+
+
 def is_keeper(pid):
     """Of RouDi, for a `takt run`."""
     try:
-        return open(f"/proc/{pid}/comm").read() == "takt_roudi\n"
+        return pathlib.Path(f"/proc/{pid}/comm").read_bytes() == b"takt_roudi\n"
     except OSError:
         return False
 
@@ -43,10 +55,9 @@ def started_with(mark):
     """Processes that have it in their environment; a keeper ends by itself, with its RouDi and their files."""
     for folder in glob.glob("/proc/[0-9]*"):
         try:
-            with open(f"{folder}/environ", "rb") as file, open(f"{folder}/stat") as stat:
-                pid, parent = int(folder[6:]), int(stat.read().rpartition(")")[2].split()[1])
-                if mark.encode() in file.read().split(b"\0") and not is_keeper(pid) and not is_keeper(parent):
-                    yield pid
+            pid, environ = int(folder[6:]), pathlib.Path(folder, "environ").read_bytes()
+            if mark.encode() in environ.split(b"\0") and not is_keeper(pid) and not is_keeper(int(state_of(pid)[1])):
+                yield pid
         except OSError:  # it has gone, or is another user's
             pass
 

@@ -49,7 +49,8 @@ Player::Player(const NodeOptions& options)
     ++first_;
   }
   next_ = first_;
-  timer_ = create_timer("play", delay, [this] { play(); });
+  // A slash: it has no period.
+  timer_ = create_timer("play/next", delay, [this] { play(); });
 }
 
 Player::~Player() {

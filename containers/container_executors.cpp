@@ -41,23 +41,53 @@ std::string override(ExecutorDescription& executor, const ContainerOverrides& ov
 }
 
 // A band from the most urgent of these threads on, where another type takes the place of the
-// file's.
-std::vector<ThreadAttributes> band_from(const std::vector<ThreadAttributes>& threads) {
+// file's; up to the next other thread that may run on its CPU, as inside the band that would run
+// before some of the callbacks, and after others.
+std::vector<ThreadDescription> band_from(const std::vector<ThreadAttributes>& threads,
+                                         const std::vector<ThreadDescription>& of_file) {
   constexpr int kLevels = 8, kHighest = 99;
   const auto best = std::max_element(threads.begin(), threads.end(), [](auto& a, auto& b) {
-    return std::tuple(a.policy == ThreadPolicy::fifo, a.priority) <
-           std::tuple(b.policy == ThreadPolicy::fifo, b.priority);
+    return a.priority < b.priority;  // others than SCHED_FIFO and SCHED_RR have none
   });
-  if (best == threads.end() || best->policy != ThreadPolicy::fifo) return {};
-  std::vector<ThreadAttributes> band;
-  const int lowest = std::min(best->priority, kHighest - kLevels + 1);
-  for (int priority = lowest; priority < lowest + kLevels; ++priority) {
-    ThreadAttributes& thread = band.emplace_back(*best);
+  if (best == threads.end() || best->priority == 0) return {};
+  const int cpu = best->affinity.empty() ? available_cpus().front() : best->affinity.front();
+  int highest = std::min(best->priority + kLevels - 1, kHighest);
+  for (const ThreadDescription& entry : of_file) {
+    const ThreadAttributes& other = entry.attributes;
+    const auto& cpus = other.affinity;
+    const bool is_own = std::any_of(threads.begin(), threads.end(),
+                                    [&](const auto& own) { return own.name == other.name; });
+    const bool meets = cpus.empty() || std::find(cpus.begin(), cpus.end(), cpu) != cpus.end();
+    if (is_own || !meets || other.priority < best->priority) continue;
+    highest = std::min(highest, std::max(other.priority - 1, best->priority));
+  }
+  std::vector<ThreadDescription> band;
+  for (int priority = best->priority; priority <= highest; ++priority) {
+    ThreadAttributes& thread = band.emplace_back(ThreadDescription{*best, {}}).attributes;
     thread.name = fmt::format("{}-{}", best->name, priority);
+    thread.policy = ThreadPolicy::fifo;
     thread.priority = priority;
-    thread.affinity = {best->affinity.empty() ? available_cpus().front() : best->affinity.front()};
+    thread.affinity = {cpu};
   }
   return band;
+}
+
+// Gives it a band in place of its threads. Returns what it does not use of them.
+std::string take_band(ExecutorDescription& executor, SystemDescription& file) {
+  std::vector<ThreadAttributes> own;
+  for (const std::string& name : executor.threads) {
+    if (const ThreadDescription* const found = find_thread(file, name))
+      own.push_back(found->attributes);
+  }
+  const std::vector<ThreadDescription> band = band_from(own, file.threads);
+  executor.threads.clear();
+  if (band.empty()) return "its threads: without a priority nothing interrupts";
+  for (const ThreadDescription& level : band) {
+    file.threads.push_back(level);
+    executor.threads.push_back(level.attributes.name);
+  }
+  return fmt::format("its threads, but a band from '{}' to '{}'", executor.threads.front(),
+                     executor.threads.back());
 }
 
 }  // namespace
@@ -74,15 +104,11 @@ void Container::make_executor(const ExecutorDescription& executor) {
   options.watchdog = watchdog_;
   options.clock = overrides_.clock;
   options.execution_model = overrides_.execution_model;
-  const std::size_t most = executors().traits(made.type).max_threads;
+  options.limits_chains = limits_chains(description_);
+  const ExecutorTraits traits = executors().traits(made.type);
+  if (!overrides_.executor.empty() && traits.takes_band) unused = take_band(made, description_);
   for (const std::string& name : made.threads) {
-    if (options.threads.size() < most) options.threads.push_back(thread(name));
-  }
-  if (!overrides_.executor.empty() && executors().traits(made.type).takes_band) {
-    options.threads = band_from(options.threads);
-    unused = options.threads.empty() ? "its threads: without SCHED_FIFO nothing interrupts"
-                                     : fmt::format("its threads, but a band from '{}' on",
-                                                   options.threads.front().name);
+    if (options.threads.size() < traits.max_threads) options.threads.push_back(thread(name));
   }
   RunningExecutor& running = executors_->add(made.name, executors().make(made.type, options));
   running.description = std::move(made);

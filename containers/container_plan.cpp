@@ -325,9 +325,9 @@ Container::Errors Container::lost_guarantees(const ModelledProcess& with, const 
   const auto after = bounds(with);
   Errors errors;
   for (std::size_t i = 0; i < chains.size(); ++i) {
-    const auto& [name, priority, deadline] = chains[i].options;
-    const auto is_kept = [&, limit = deadline](const ModelBounds::Chain& chain) {
-      return chain.bound && *chain.bound <= limit && chain.why_lossy.empty();
+    const ChainOptions& options = chains[i].options;
+    const auto is_kept = [&](const ModelBounds::Chain& chain) {
+      return chain.bound && *chain.bound <= options.deadline && chain.why_lossy.empty();
     };
     if (!is_kept(before[i]) || is_kept(after[i])) continue;
     const std::string what = !after[i].bound ? "take any time (" + after[i].why_not + ")"
@@ -338,7 +338,7 @@ Container::Errors Container::lost_guarantees(const ModelledProcess& with, const 
         "{}, chain '{}' could {}, and its deadline is {}; without, the chain takes {} at "
         "most; "
         "{}",
-        how, name, what, to_string(deadline), to_string(*before[i].bound), remedy));
+        how, options.name, what, to_string(options.deadline), to_string(*before[i].bound), remedy));
   }
   return errors;
 }

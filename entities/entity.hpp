@@ -190,6 +190,8 @@ class Entity {
   virtual void execute(Slot& slot) = 0;
   /// Throws away what was taken.
   virtual void discard(Slot&) noexcept {}
+  /// Timers: how many releases may wait, 1 at least.
+  virtual void set_most_releases(std::uint32_t) noexcept {}
   /// Timers: releases that have come by then are not served but counted as missed.
   virtual void skip_releases(TimePoint) noexcept {}
 

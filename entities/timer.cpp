@@ -74,7 +74,10 @@ void Timer::restart() noexcept {
 }
 
 std::size_t Timer::ready_count() const noexcept {
-  return next_release_.load() <= clock_.now() ? 1 : 0;
+  const TimePoint due = next_release_.load(), now = clock_.now();
+  if (due > now) return 0;
+  const std::size_t most = most_releases_.load();
+  return most == 1 ? 1 : std::min(static_cast<std::size_t>((now - due) / period_) + 1, most);
 }
 
 bool Timer::take(Slot& slot) noexcept {
@@ -82,7 +85,8 @@ bool Timer::take(Slot& slot) noexcept {
   TimePoint due = next_release_.load();
   for (;;) {
     if (due > now) return false;  // cancelled or reset since it was released
-    const auto missed = (now - due) / period_;
+    const auto most_behind = most_releases_.load(std::memory_order_relaxed) - 1;
+    const auto missed = std::max<Nanoseconds::rep>((now - due) / period_ - most_behind, 0);
     if (next_release_.compare_exchange_weak(due, later(due + missed * period_, period_))) {
       missed_.fetch_add(static_cast<std::uint64_t>(missed), std::memory_order_relaxed);
       slot.ready_time = real_time_of(due);

@@ -17,7 +17,9 @@ namespace TAKT_PUBLIC takt {
 
 /// A periodic timer. Its releases are start + n × period: it always keeps this phase. At most one
 /// release is outstanding; those that come due meanwhile are counted as missed, and the timer
-/// continues with the next one of the phase (rclcpp issue 2771: no burst after an overrun).
+/// continues with the next one of the phase (rclcpp issue 2771: no burst after an overrun). With
+/// CallbackParameters::releases more may be, each of which is served; of those beyond, the oldest
+/// but the one that is served next are missed.
 /// SimulatedClock documents its effect on timers.
 ///
 /// Thread safety: cancel, reset and the observers from any thread, including its own callback.
@@ -55,6 +57,7 @@ class Timer : public Entity, private SimulatedClock::Listener {
   Nanoseconds period() const noexcept override { return period_; }
   bool take(Slot& slot) noexcept override;
   void execute(Slot& slot) override;
+  void set_most_releases(std::uint32_t most) noexcept override { most_releases_.store(most); }
   void skip_releases(TimePoint until) noexcept override;
   Counts counts() const noexcept override { return {.missed = missed()}; }
   std::uint64_t lost() const noexcept override { return missed(); }
@@ -77,6 +80,7 @@ class Timer : public Entity, private SimulatedClock::Listener {
   const std::function<void()> callback_;
   std::atomic<TimePoint> next_release_;
   std::atomic<bool> is_given_{false};  // the next release is what release_at or cancel said
+  std::atomic<std::uint32_t> most_releases_{1};
   std::atomic<std::uint64_t> missed_{0};
 };
 

@@ -108,6 +108,22 @@ TEST_F(TimerTest, HasOneReleaseAfterAnOverrunAndCountsTheOthersAsMissed) {
   EXPECT_EQ(timer.next_release(), kStart + 60ms);
 }
 
+TEST_F(TimerTest, KeepsAsManyReleasesAsMayWait) {
+  Timer timer = make(10ms);
+  timer.set_most_releases(3);
+  clock_.advance(25ms);
+  EXPECT_EQ(timer.ready_count(), 2u);
+  clock_.advance(30ms);  // 10 to 50 are due
+  EXPECT_EQ(timer.ready_count(), 3u);
+  EXPECT_EQ(take(timer), "10");
+  EXPECT_EQ(timer.missed(), 2u);  // 20 and 30
+  EXPECT_EQ(take(timer), "40");
+  EXPECT_EQ(take(timer), "50");
+  EXPECT_EQ(take(timer), "none");
+  EXPECT_EQ(timer.missed(), 2u);
+  EXPECT_EQ(timer.next_release(), kStart + 60ms);
+}
+
 TEST_F(TimerTest, IsNeverDueAfterCancel) {
   Timer timer = make(10ms);
   clock_.advance(10ms);

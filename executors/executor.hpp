@@ -120,6 +120,8 @@ struct ExecutorOptions {
   Isolation per = Isolation::node;  // of executors that isolate
   TriggerOptions trigger;           // of triggered executors
   OwnValues own;                    // of the keys that its traits name
+  bool limits_chains = false;       // pools: some chain has ChainOptions::concurrency; they heed it
+                                    // unless their type has a rule of its own
   OwnValues scheduler_own;          // of those that its scheduler's traits name
   /// Callbacks, as "node/callback", that come first in the order of registration, as listed. Used
   /// by the schedulers `listed` and, inside a kind, `ros`.

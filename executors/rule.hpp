@@ -79,6 +79,9 @@ class Rule {
   /// only while something waits that the rule does not serve, so an idle executor sleeps on. Later
   /// than the `now` of the last look: else the thread does not sleep.
   virtual TimePoint opens_at() const noexcept { return kNever; }
+  /// A callback that it has admitted begins; not asked with logical execution time. Only called
+  /// with `uses_time`, as `done` is for the same callback and label.
+  virtual void begins(const ReadyCallback&, std::uint64_t /*label*/) noexcept {}
   /// A callback has run for this time. Only called with `uses_time`.
   virtual void done(const ReadyCallback&, std::uint64_t /*label*/,
                     Nanoseconds /*execution_time*/) noexcept {}

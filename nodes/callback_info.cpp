@@ -14,6 +14,7 @@ CallbackInfo callback_info(const Node& node, const Entity& entity, const Callbac
   info.chain = kNoChain;
   info.chain_position = 0;
   info.chain_deadline = Nanoseconds::zero();
+  info.chain_concurrency = 0;
   info.criticality = 0;
   info.priority = parameters.priority.value_or(0);
   info.deadline = parameters.deadline.value_or(Nanoseconds::zero());
@@ -30,6 +31,7 @@ CallbackInfo callback_info(const Node& node, const Entity& entity, const Callbac
     info.chain = step->chain->id();
     info.chain_position = step->position;
     info.chain_deadline = step->chain->options().deadline;
+    info.chain_concurrency = step->chain->options().concurrency;
     info.criticality = step->chain->options().priority;
   }
   info.criticality = parameters.criticality.value_or(info.criticality);

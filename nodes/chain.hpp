@@ -26,6 +26,8 @@ struct ChainOptions {
   int priority = 0;  // larger is more critical; what PiCAS calls the chain's priority
   Nanoseconds deadline{
       0};  // from the release of its first callback to the end of its last; 0: none
+  std::uint32_t concurrency =
+      0;  // callbacks of it that a pool runs at the same time; 0: any number
 };
 
 /// The measurements of a chain; executors/figures.hpp says what they mean.

@@ -46,7 +46,8 @@ struct CallbackInfo {
   int criticality = 0;
   ChainId chain = kNoChain;
   std::uint32_t chain_position = 0;
-  Nanoseconds chain_deadline{0};  // 0: none; relative to root_ready_time
+  Nanoseconds chain_deadline{0};        // 0: none; relative to root_ready_time
+  std::uint32_t chain_concurrency = 0;  // callbacks of the chain at a time; 0: any number
 
   friend bool operator==(const CallbackInfo&, const CallbackInfo&) = default;
 };

@@ -20,6 +20,7 @@
 namespace takt {
 namespace {
 
+using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsSupersetOf;
@@ -287,6 +288,32 @@ TEST(EdfScheduler, RunsTheEarliestDeadlineFirstAndThoseWithoutLast) {
   callbacks[2].deadline = TimePoint(Nanoseconds(50));
   callbacks[3].deadline = TimePoint(Nanoseconds(70));
   EXPECT_THAT(order("edf", callbacks, {4, 3, 2, 1, 0}), ElementsAre(2, 1, 3, 0, 4));
+}
+
+TEST(ChainEdfScheduler, CountsTheDeadlineOfAChainFromWhenItsInstanceBegan) {
+  Callbacks callbacks({{.deadline = 1ns},  // its own counts for nothing
+                       {.chain = 1, .chain_deadline = 50ns},
+                       {.chain = 2, .chain_deadline = 20ns},
+                       {.chain = 2, .chain_deadline = 20ns},
+                       {.chain = 3}});
+  callbacks[0].deadline = TimePoint(1ns);
+  callbacks[1].root_ready_time = TimePoint(10ns);  // by 60
+  callbacks[2].root_ready_time = TimePoint(50ns);  // by 70
+  callbacks[3].root_ready_time = TimePoint(30ns);  // by 50
+  callbacks[4].root_ready_time = TimePoint(1ns);
+  EXPECT_THAT(order("chain_edf", callbacks, {4, 0, 1, 2, 3}), ElementsAre(3, 1, 2, 0, 4));
+}
+
+TEST(JobPriorityScheduler, RunsCriticalChainsFirstAndOfOneChainTheEarlierInstance) {
+  Callbacks callbacks({{.priority = 99},  // in no chain
+                       {.criticality = 1, .chain = 1, .chain_position = 2},
+                       {.criticality = 1, .chain = 2, .chain_position = 0},
+                       {.priority = 7, .criticality = 2, .chain = 3},
+                       {.priority = 100}});
+  callbacks[1].root_ready_time = TimePoint(40ns);
+  callbacks[2].root_ready_time = TimePoint(30ns);
+  callbacks[3].root_ready_time = TimePoint(90ns);
+  EXPECT_THAT(order("job_priority", callbacks, {0, 1, 2, 3, 4}), ElementsAre(3, 2, 1, 4, 0));
 }
 
 TEST(LeastLaxityScheduler, RunsWhoMustStartFirst) {

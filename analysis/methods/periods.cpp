@@ -41,7 +41,7 @@ class Periods final : public Method {
         std::any_of(part.sources.begin(), part.sources.end(),
                     [&](const Source& source) { return source.callback == callback; });
     const Time first = comes_from_outside ? period : 0;
-    if (part.at(callback).is_timer) return first;  // it has one release outstanding at most
+    if (part.at(callback).has_one_release()) return first;
     const auto arrivals = part.inner_arrivals(callback);
     const Time busy = least_fixed_point(
         [&](Time window) { return times(most(arrivals, window), period); }, part.limit);

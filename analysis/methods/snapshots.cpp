@@ -31,9 +31,9 @@ class Snapshots final : public Method {
     const Time snapshot = part.snapshot(), until_last = part.snapshot_until(path.last());
     const Time bound = part.supply.time_for(plus(times(steps, snapshot), until_last), part.limit);
     const Source& source = part.sources[path.source];
-    // A timer has one release outstanding at most, messages may queue.
-    const bool is_timer = part.at(source.callback).is_timer && !source.from;
-    if (!is_timer && (source.messages > 1 || bound > source.curve.least_distance(2))) {
+    // Messages, and more releases than one, may queue.
+    const bool queues = !part.at(source.callback).has_one_release() || source.from;
+    if (queues && (source.messages > 1 || bound > source.curve.least_distance(2))) {
       return Answer::none("a message may arrive before the one before it is served");
     }
     if (!part.explains) return {bound, "", {}};

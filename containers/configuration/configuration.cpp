@@ -33,6 +33,11 @@ const OwnValues& own_values_of(const std::string& scheduler, const SystemDescrip
   return found != system.schedulers.end() ? found->second : none;
 }
 
+bool limits_chains(const SystemDescription& system) {
+  return std::any_of(system.chains.begin(), system.chains.end(),
+                     [](const auto& chain) { return chain.options.concurrency != 0; });
+}
+
 const ThreadDescription* find_thread(const SystemDescription& system, std::string_view name) {
   const auto found =
       std::find_if(system.threads.begin(), system.threads.end(),

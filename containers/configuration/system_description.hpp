@@ -219,6 +219,9 @@ struct SystemDescription {
 /// The values of the keys that this scheduler brings; empty: the file has none.
 const OwnValues& own_values_of(const std::string& scheduler, const SystemDescription& system);
 
+/// Whether some chain has a `concurrency`.
+bool limits_chains(const SystemDescription& system);
+
 /// The thread of this name; nullptr: the file has none.
 const ThreadDescription* find_thread(const SystemDescription& system, std::string_view name);
 

@@ -13,6 +13,9 @@ constexpr std::array kKinds{
                    "measure it: `takt run --trace`, `takt model`, `--model`"},
     AssumptionKind{"as_measured", "nothing is worse than in the measured run, and its margin", "",
                    "measure longer and under the worst load, then accept it"},
+    AssumptionKind{"brought_up_by_others",
+                   "somebody outside of the file brings nodes up, as in the measured run", "",
+                   "`lifecycle: {bring_up: [NODE]}`"},
     AssumptionKind{"budgets_hold", "no execution is longer than its `budget`",
                    "while it runs: each overrun is counted and reported", ""},
     AssumptionKind{

@@ -431,6 +431,11 @@ TEST(Assumptions, EachIdIsProduced) {
           .with_dds("discovery: localhost")
           .text(),
       &measured);
+  measured.callbacks = {{.name = "/l/t", .executions = 9, .longest_execution = 1ms}};
+  add("chains: [{name: c, path: [a/t_timer, l/t]}]\ncontainer:\n  components:\n    - {component: "
+      "takt::Workload, name: a, parameters: {publishers: {topic: [t], period_us: [10000]}}}\n    - "
+      "{component: takt::LifecycleWorkload, name: l, parameters: {subscriptions: {topic: [t]}}}\n",
+      &measured);
   add(kBesideAReservation);
   add(two_processes("realtime: require\ntopics: {/x: {delay: {max: 1ms}}}\n"));
   for (const AssumptionKind& kind : assumption_kinds()) {

@@ -18,7 +18,7 @@ using ::testing::Not;
 struct KeyedFile {
   std::string top, thread = "policy: SCHED_FIFO, priority: 50, affinity: [0]",
                    executor = "type: events, scheduler: fixed_priority", x_keys, y_keys, z_keys,
-                   path = "x/x_timer, y/x", chain, more;
+                   path = "x/x_timer, y/x", chain, more, deadline = "9ms";
 
   std::string text() const {
     const auto timer = [](const char* name, int work_us, const std::string& keys) {
@@ -32,7 +32,7 @@ struct KeyedFile {
            "}\n  two: {policy: SCHED_FIFO, priority: 40, affinity: [1]}\n"
            "executors:\n  default: {" +
            executor + ", threads: [one]}\n  other: {type: events, threads: [two]}\n" +
-           "chains: [{name: c, deadline: 9ms, path: [" + path + "]" + chain + "}]\n" +
+           "chains: [{name: c, deadline: " + deadline + ", path: [" + path + "]" + chain + "}]\n" +
            "container:\n  name: keyed\n  components:\n" + timer("x", 1000, x_keys) +
            "    - component: takt::Workload\n      name: y\n      executor: default\n"
            "      parameters: {subscriptions: {topic: [x], work_us: [1000]}}\n" +
@@ -92,6 +92,24 @@ TEST(Keys, AGroupsOverrunMayLoseOrDisorder) {
   KeyedFile file;
   EXPECT_EQ(file.analyzed().verdict(), Verdict::guaranteed);
   file.y_keys = of_others("deadline: 1ms, overrun: abort");
+  EXPECT_EQ(file.analyzed().verdict(), Verdict::may_lose);
+}
+
+TEST(Keys, ReleasesThatMayWaitAreNotLost) {
+  KeyedFile file{.executor = "type: events, scheduler: fifo", .path = "x/x_timer"};
+  file.more = R"(
+    - component: takt::Workload
+      name: long
+      executor: default
+      parameters: {publishers: {topic: [long], period_us: [100000], work_us: [15000]}}
+)";
+  file.deadline = "30ms";
+  EXPECT_EQ(file.analyzed().verdict(), Verdict::may_lose);
+  file.x_keys = "      callbacks: {x_timer: {releases: 3}}\n";
+  EXPECT_EQ(file.analyzed().verdict(), Verdict::guaranteed);
+  file.x_keys = of_others("releases: 3");
+  EXPECT_EQ(file.analyzed().verdict(), Verdict::guaranteed);
+  file.x_keys = of_others("releases: 3, overrun: skip");
   EXPECT_EQ(file.analyzed().verdict(), Verdict::may_lose);
 }
 

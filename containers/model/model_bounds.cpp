@@ -15,14 +15,15 @@ namespace {
 using analysis::Count;
 using analysis::kUnbounded;
 
-// A release that comes before the one before it has begun is served together with it; `skip` drops
-// it as long as that one has not ended.
+// A release that comes before the one before it has begun is served together with it, unless more
+// than one may wait; `skip` drops it as long as that one has not ended.
 Loss loss_of_timer(const std::string& name, const SystemModel::Callback& facts,
                    const analysis::Callback& callback, analysis::Time bound) {
   const analysis::Time period = facts.period.count();
   const analysis::Time waiting = facts.skips ? bound : bound - callback.least_execution;
-  if (waiting <= period) return {};
-  const Count releases = (waiting + period - 1) / period;
+  const Count kept = facts.skips ? 1 : std::max<Count>(callback.depth.value_or(1), 1);
+  if (waiting <= analysis::times(period, kept)) return {};
+  const Count releases = (waiting + period - 1) / period - (kept - 1);
   return {facts.skips
               ? fmt::format("'{}' may end so late that of {} releases all but one are skipped",
                             name, releases)
@@ -39,12 +40,9 @@ Loss loss_of_overrun(const SystemModel& model, const ModelBounds& bounds, std::s
           0};
 }
 
-// What the chain causes beside its path may end its instance, too; but not after its last callback.
-std::string why_ended_beside(const SystemModel& model, const ModelBounds& bounds,
-                             const std::vector<std::size_t>& path) {
-  std::vector<bool> seen(model.system.callbacks.size());
-  seen[path.back()] = true;
-  std::vector<std::size_t> left(path.begin(), path.end() - 1);
+// What these callbacks cause may end the instance for all that get its messages.
+std::string why_ended_by(const SystemModel& model, const ModelBounds& bounds,
+                         std::vector<std::size_t> left, std::vector<bool> seen) {
   while (!left.empty()) {
     const std::size_t index = left.back();
     left.pop_back();
@@ -56,6 +54,23 @@ std::string why_ended_beside(const SystemModel& model, const ModelBounds& bounds
     }
   }
   return {};
+}
+
+// Whether all that it gets comes from one timer, or from one topic of others, on one way: else what
+// is overwritten may always be of the same source.
+bool has_one_way(const SystemModel& model, std::size_t to) {
+  for (std::size_t steps = 0; steps < model.system.callbacks.size(); ++steps) {
+    std::vector<std::size_t> senders;
+    for (std::size_t from = 0; from < model.system.callbacks.size(); ++from) {
+      for (const analysis::Output& output : model.system.callbacks[from].outputs) {
+        if (output.to == to) senders.push_back(from);
+      }
+    }
+    if (model.system.callbacks[to].arrivals) return senders.empty();
+    if (senders.size() != 1) return false;
+    to = senders.front();
+  }
+  return false;
 }
 
 Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t index) {
@@ -91,7 +106,15 @@ Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t in
   return {fmt::format("of {} messages that may wait for '{}', {} may be overwritten: its depth is "
                       "{}",
                       bound.backlog, name, bound.backlog - depth, depth),
-          bound.backlog};
+          has_one_way(model, index) ? bound.backlog : 0};
+}
+
+// Beside its path; but not after its last callback.
+std::string why_ended_beside(const SystemModel& model, const ModelBounds& bounds,
+                             const std::vector<std::size_t>& path) {
+  std::vector<bool> seen(model.system.callbacks.size());
+  seen[path.back()] = true;
+  return why_ended_by(model, bounds, {path.begin(), path.end() - 1}, std::move(seen));
 }
 
 // Of callbacks that the bounds of a chain depend on.
@@ -137,7 +160,10 @@ void find_losses(const SystemModel& model, const ModelBounds& bounds,
                  const std::vector<std::size_t>& path, ModelBounds::Chain& result) {
   const auto why_lost_at = [&](std::size_t callback) {
     const std::string& best_effort = model.callbacks[callback].best_effort;
-    return best_effort.empty() ? loss_at(model, bounds, callback).why : best_effort;
+    if (!best_effort.empty()) return best_effort;
+    const std::string why = loss_at(model, bounds, callback).why;
+    std::vector<bool> seen(model.system.callbacks.size());
+    return !why.empty() ? why : why_ended_by(model, bounds, {callback}, std::move(seen));
   };
   for (const std::size_t callback : path) {
     Loss loss = loss_at(model, bounds, callback);
@@ -154,7 +180,10 @@ void find_losses(const SystemModel& model, const ModelBounds& bounds,
     result.one_of = analysis::times(result.one_of, loss.one_of);
     if (result.why_lossy.empty()) result.why_lossy = std::move(loss.why);
   }
-  if (result.why_lossy.empty()) result.why_lossy = why_ended_beside(model, bounds, path);
+  const std::string beside = why_ended_beside(model, bounds, path);
+  if (beside.empty()) return;
+  result.one_of = 0;  // each instance may be ended
+  if (result.why_lossy.empty()) result.why_lossy = beside;
 }
 
 // A join waits for the next message of an input: it must come.

@@ -166,6 +166,7 @@ class ChainFinder : public AssumptionFinder {
   void add_chains();
 
  private:
+  void count_begun(const std::vector<std::size_t>& path, SystemModel::Chain& chain) const;
   analysis::Time delay_before(std::size_t first);
   std::string why_nothing_comes(const std::vector<std::size_t>& path);
   std::string why_it_never_joins(const std::vector<std::size_t>& path);

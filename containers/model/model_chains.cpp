@@ -29,7 +29,9 @@ void ChainFinder::add_chains() {
     }
     if (measured_ != nullptr) {
       for (const MeasuredChain& seen : measured_->chains) {
-        if (seen.name == chain.name) chain.observed = seen.longest;
+        if (seen.name != chain.name) continue;
+        chain.observed = seen.longest;
+        if (measured_->lost_executions == 0) chain.came_through = seen.instances;
       }
     }
     std::vector<std::size_t> path;
@@ -66,10 +68,23 @@ void ChainFinder::add_chains() {
           to_string(Chain::Step{node, name}));
     }
     if (!path.empty()) chain.delay = delay_before(path.front());
+    count_begun(path, chain);
     chain.index = model_.system.chains.size();
     if (chain.why_not.empty()) model_.system.chains.push_back({chain.name, std::move(path)});
     model_.chains.push_back(std::move(chain));
   }
+}
+
+void ChainFinder::count_begun(const std::vector<std::size_t>& path,
+                              SystemModel::Chain& chain) const {
+  const MeasuredCallback* const first = path.empty() ? nullptr : measured(path.front());
+  if (first == nullptr || measured_->duration == Nanoseconds::zero()) return;
+  chain.begun = first->executions;
+  chain.begun_a_second = static_cast<double>(first->executions) /
+                         std::chrono::duration<double>(measured_->duration).count();
+  chain.is_managed = std::any_of(path.begin(), path.end(), [&](std::size_t callback) {
+    return dynamic_cast<const LifecycleNode*>(callbacks_[callback]->node.get()) != nullptr;
+  });
 }
 
 // A chain that begins with a message begins when that is sent.
@@ -176,8 +191,8 @@ std::string ChainFinder::why_nothing_comes(const std::vector<std::size_t>& path)
         "bring_up`",
         node, name);
   }
-  assume_of(index, "as_measured", "somebody brings the node of {} up, as in the measured run",
-            measured_source());
+  assume_of(index, "brought_up_by_others",
+            "somebody brings the node of {} up, as in the measured run", measured_source());
   return {};
 }
 
@@ -252,6 +267,19 @@ bool refutes_overheads(const SystemModel::Chain& chain, const ModelBounds::Chain
 
 }  // namespace
 
+// Some are on the way when the run begins or ends, or come before all nodes are active.
+std::string why_lost_in_run(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
+  if (chain.came_through == 0 || bound.one_of == 0 || !bound.bound) return {};
+  const double begun = static_cast<double>(chain.begun);
+  const double on_the_way =
+      2 + chain.begun_a_second * std::chrono::duration<double>(*bound.bound).count() +
+      (chain.is_managed ? begun / 10 : 0);
+  const double served = static_cast<double>(chain.came_through) * static_cast<double>(bound.one_of);
+  if (served + on_the_way >= begun) return {};
+  return fmt::format("of {} instances that began in the measured run, {} came through", chain.begun,
+                     chain.came_through);
+}
+
 std::vector<const Assumption*> missing(const SystemModel::Chain& chain,
                                        const ModelBounds::Chain& bound) {
   const bool has_overheads = !refutes_overheads(chain, bound);
@@ -274,6 +302,7 @@ Verdict verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound
   if (has(chain, Assumption::State::refuted)) return Verdict::refuted;
   if (!bound.bound) return Verdict::no_bound;
   if (chain.observed > *bound.bound && !refutes_overheads(chain, bound)) return Verdict::refuted;
+  if (!why_lost_in_run(chain, bound).empty()) return Verdict::refuted;
   if (!has_deadline) return Verdict::unjudged;
   if (*bound.bound > chain.deadline) return Verdict::not_shown;
   if (!bound.why_lossy.empty() && !chain.allows_losses) return Verdict::may_lose;

@@ -99,8 +99,8 @@ void AssumptionFinder::add_cpus() {
 
 // Checks of a scheduler see some of its choices.
 void AssumptionFinder::add_orders() {
-  constexpr std::array kOfTakt{"chain_priority", "edf",    "fifo", "fixed_priority",
-                               "least_laxity",   "listed", "ros",  "round_robin"};
+  constexpr std::array kOfTakt{"chain_edf",    "chain_priority", "edf",    "fifo", "fixed_priority",
+                               "job_priority", "least_laxity",   "listed", "ros",  "round_robin"};
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     const std::string& name = parts_[i].scheduler;
     if (std::find(kOfTakt.begin(), kOfTakt.end(), name) != kOfTakt.end()) continue;

@@ -152,12 +152,17 @@ void ModelBuilder::add_threads(const ModelledProcess& process,
   }
   if (!traits.isolates) {
     own.resize(std::min(own.size(), traits.max_threads));
+    int highest = 0;
     if (is_preemptive(description.type)) {  // what is above one of its priorities is above all
       model_.system.executors[part].levels = own.size();
+      if (own.size() > 1) highest = own.back().priority;
       own.resize(1);
     }
-    for (const ThreadAttributes& thread : own) threads_.push_back({part, thread});
-    model_.system.executors[part].threads = own.size();
+    for (const ThreadAttributes& thread : own) threads_.push_back({part, thread, highest});
+    analysis::Executor& executor = model_.system.executors[part];
+    executor.threads = own.size();
+    if (executor.threads > 1 && limits_chains(description_) && executor.unknown.empty())
+      executor.unknown = "no method knows the `concurrency` of a chain";
     return;
   }
   // The executor knows it: nodes without callbacks have threads, too, and others have gone.
@@ -187,6 +192,7 @@ void ModelBuilder::place_threads() {
     analysis::Executor& executor = model_.system.executors[i];
     executor.reservation = places_[i].reservation;
     executor.share = places_[i].share;
+    executor.movers = places_[i].movers;
     if (executor.unknown.empty()) executor.unknown = places_[i].unknown;
     if (!has_rights && !places_[i].unknown.empty()) {
       executor.unknown = "with `realtime: off`, " + executor.unknown;
@@ -195,6 +201,10 @@ void ModelBuilder::place_threads() {
     executor.early_wake = description.early_wake.count();
     executor.spin =
         description.spin == kSpinAlways ? analysis::kUnbounded : description.spin.count();
+    const auto dispatch = static_cast<double>(model_.system.overheads.dispatch);
+    const double longer = dispatch / speeds_of(i).first - dispatch;
+    executor.more_dispatch =
+        std::max<analysis::Time>(0, static_cast<analysis::Time>(std::ceil(longer)));
   }
   const Nanoseconds second = std::chrono::seconds(1);
   const Nanoseconds granted =

@@ -2,6 +2,7 @@
 #include "takt/containers/model/places.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,6 +15,12 @@ struct Thread {
   std::size_t executor;
   const ThreadAttributes* attributes;
   analysis::Executor::Share share;
+  int highest;  // of a band, on one CPU
+
+  bool has_inside(const Thread& other) const {
+    return highest != 0 && &other != this && share.meets(other.share) &&
+           other.share.priority >= share.priority && other.share.priority <= highest;
+  }
 
   bool is_reserved() const { return attributes->policy == ThreadPolicy::deadline; }
 };
@@ -33,6 +40,12 @@ std::string names(const Thread& first, const std::vector<const Thread*>& threads
   std::vector<std::string> names{"'" + first.attributes->name + "'"};
   for (const Thread* thread : threads) names.push_back("'" + thread->attributes->name + "'");
   return fmt::format("{}", fmt::join(names, ", "));
+}
+
+std::vector<std::size_t> executors_of(const std::vector<const Thread*>& threads) {
+  std::set<std::size_t> found;
+  for (const Thread* thread : threads) found.insert(thread->executor);
+  return {found.begin(), found.end()};
 }
 
 /// Linux runs these threads by global EDF: each gets its runtime in each period if the sum of their
@@ -71,6 +84,12 @@ Place place_of_reserved(const ThreadAttributes& thread, const std::vector<Thread
 Place place_of(const Thread& thread, const std::vector<Thread>& all, std::size_t cpus,
                bool is_exclusive) {
   const std::string& name = thread.attributes->name;
+  for (const Thread& other : all) {
+    if (!thread.has_inside(other) && !other.has_inside(thread)) continue;
+    return {.unknown = fmt::format("thread '{}' may run on the CPU of thread '{}', and one of them "
+                                   "has a priority inside the other's band",
+                                   name, other.attributes->name)};
+  }
   if (thread.is_reserved()) return place_of_reserved(*thread.attributes, all, cpus);
   const auto& [own_cpus, priority] = thread.share;
   if (priority == 0 && !is_exclusive) {
@@ -80,10 +99,11 @@ Place place_of(const Thread& thread, const std::vector<Thread>& all, std::size_t
   }
   const std::vector<const Thread*> found = rivals(thread, all);
   const bool is_bound = own_cpus.size() == 1;
-  // There is a CPU for it whenever it is ready.
-  if (found.size() < own_cpus.size()) {
+  // There is a CPU for it whenever it is ready, and Linux moves a real-time thread there at once.
+  if (found.size() < own_cpus.size() && (priority != 0 || found.empty())) {
     return {.share = priority != 0 || is_bound ? std::optional(thread.share) : std::nullopt,
-            .cpu = is_bound ? own_cpus.front() : -1};
+            .cpu = is_bound ? own_cpus.front() : -1,
+            .movers = executors_of(found)};
   }
   const auto is_bound_too = [](const Thread* other) {
     return !other->is_reserved() && other->share.cpus.size() == 1;
@@ -109,10 +129,14 @@ Place place_of(const Thread& thread, const std::vector<Thread>& all, std::size_t
 // Several threads need a CPU each.
 Place place_of_pool(const std::vector<const Thread*>& pool, const std::vector<Thread>& all,
                     std::size_t cpus, bool is_exclusive) {
+  std::vector<const Thread*> movers;
   for (const Thread* thread : pool) {
     const Place place = place_of(*thread, all, cpus, is_exclusive);
     if (!place.unknown.empty()) return place;
-    if (!place.reservation && rivals(*thread, all).size() < thread->share.cpus.size()) continue;
+    const std::vector<const Thread*> found = rivals(*thread, all);
+    std::copy_if(found.begin(), found.end(), std::back_inserter(movers),
+                 [&](const Thread* other) { return other->executor != thread->executor; });
+    if (!place.reservation && found.size() < thread->share.cpus.size()) continue;
     std::vector<const Thread*> others;
     for (const Thread* other : pool) {
       if (other != pool.front()) others.push_back(other);
@@ -120,7 +144,7 @@ Place place_of_pool(const std::vector<const Thread*>& pool, const std::vector<Th
     return {.unknown = fmt::format("the threads {} of a pool share CPUs or have reservations",
                                    names(*pool.front(), others))};
   }
-  return {};
+  return {.movers = executors_of(movers)};
 }
 
 }  // namespace
@@ -136,7 +160,8 @@ std::vector<Place> find_places(std::span<const ModelledThread> threads, std::siz
         attributes.policy == ThreadPolicy::fifo || attributes.policy == ThreadPolicy::rr;
     all.push_back({thread.executor,
                    &attributes,
-                   {.cpus = std::move(own), .priority = is_realtime ? attributes.priority : 0}});
+                   {.cpus = std::move(own), .priority = is_realtime ? attributes.priority : 0},
+                   is_realtime ? thread.highest : 0});
   }
   std::vector<Place> result(executors);
   for (std::size_t executor = 0; executor < executors; ++executor) {

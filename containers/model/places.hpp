@@ -16,8 +16,9 @@ namespace TAKT_INTERNAL takt {
 
 /// A thread of an executor.
 struct ModelledThread {
-  std::size_t executor = 0;  // several threads may belong to one
-  ThreadAttributes attributes;
+  std::size_t executor = 0;     // several threads may belong to one
+  ThreadAttributes attributes;  // of a band the lowest one's
+  int highest = 0;              // priority of a band; 0: it is none
 };
 
 /// The CPU time that an executor's threads get.
@@ -26,6 +27,8 @@ struct Place {
   std::optional<analysis::Executor::Share> share;
   /// The CPU that all of its threads are bound to; -1: none.
   int cpu = -1;
+  /// Executors whose threads may take a CPU from one of its own, for which there is another.
+  std::vector<std::size_t> movers;
   std::string unknown;  // why nothing can be said; empty: something can
 };
 

@@ -394,6 +394,8 @@ void ModelBuilder::set_arrivals(std::size_t index) {
   described.is_timer = true;
   described.longest_gap = entity.period().count();
   model_.callbacks[index].period = entity.period();
+  const int releases = callbacks_[index]->parameters().releases.value_or(1);
+  if (releases > 1 && !described.depth) described.depth = releases;
 }
 
 // ---- Orders ----

@@ -110,6 +110,10 @@ struct SystemModel {
     std::string name;
     Nanoseconds deadline{0};  // 0: none
     Nanoseconds observed{0};  // the longest that the measured model has seen; 0: not known
+    /// How many instances began in the measured run, and came through; 0: not known.
+    std::uint64_t begun = 0, came_through = 0;
+    double begun_a_second = 0;
+    bool is_managed = false;  // by a life cycle: it began before all were active
     bool allows_losses = false;
     /// How long messages to its first callback are on their way: they are released when they are
     /// sent. kUnbounded: that is not known.
@@ -174,6 +178,8 @@ std::string_view to_string(Verdict verdict) noexcept;
 Verdict verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
 /// For people: "guaranteed (2 accepted)".
 std::string describe(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
+/// Fewer instances came through in the measured run than the bound covers; empty: not so.
+std::string why_lost_in_run(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
 /// The assumptions that keep a bound from being a guarantee: what nobody checks or accepts, and
 /// what is refuted or not covered.
 std::vector<const Assumption*> missing(const SystemModel::Chain& chain,

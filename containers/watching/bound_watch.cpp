@@ -66,7 +66,8 @@ ExecutionWatch::Limits limits_of(const SystemModel& model, const ModelBounds& bo
   const analysis::Callback& callback = model.system.callbacks[index];
   ExecutionWatch::Limits limits;
   if (model.callbacks[index].execution != Provenance::unknown) {
-    limits.execution = Nanoseconds(callback.execution + model.system.overheads.dispatch);
+    limits.execution = Nanoseconds(callback.execution + model.system.overheads.dispatch +
+                                   model.system.executors[callback.executor].more_dispatch);
   }
   const analysis::Time bound = bounds.all.callbacks[index].bound;
   if (bound < kUnbounded) limits.bound = Nanoseconds(bound);
@@ -212,7 +213,8 @@ void BoundWatch::look_at_what_its_node_changes(const Watched& callback) {
                   fmt::format("'{}' was let go", callback.name), 1, all_);
   }
   const auto numbers = [](const CallbackParameters& of) {
-    return std::tuple(of.priority, of.deadline, of.period, of.budget, of.criticality, of.overrun);
+    return std::tuple(of.priority, of.deadline, of.period, of.budget, of.criticality, of.overrun,
+                      of.releases);
   };
   if (numbers(node->callback_parameters(*entity)) == numbers(callback.parameters)) return;
   report("nothing_is_changed", callback.name + " parameters",

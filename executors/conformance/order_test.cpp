@@ -46,10 +46,12 @@ TEST_P(ConformanceOrder, RunsWhatIsReadyInTheSchedulersOrder) {
   executor->spin_some();
 
   const std::map<std::string, std::vector<std::string>> orders = {
+      {"chain_edf", {"guard", "low", "high", "timer"}},  // without a deadline of the chain
       {"chain_priority", {"low", "timer", "high", "guard"}},
       {"edf", {"timer", "high", "low", "guard"}},
       {"fifo", {"guard", "low", "high", "timer"}},
       {"fixed_priority", {"high", "guard", "low", "timer"}},
+      {"job_priority", {"low", "timer", "high", "guard"}},
       {"least_laxity", {"high", "low", "timer", "guard"}},
       {"listed", {"low", "timer", "guard", "high"}},
       {"ros", {"timer", "low", "high", "guard"}},

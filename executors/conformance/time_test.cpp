@@ -29,6 +29,24 @@ TEST_P(ConformanceTime, AnOverrunningTimerKeepsItsPhaseAndOneRelease) {
   EXPECT_EQ(timer->missed(), 2u);
 }
 
+TEST_P(ConformanceTime, EachReleaseThatMayWaitIsServedAndTheOthersAreMissed) {
+  ManualClock clock;
+  const auto executor = make(clock);
+  const auto node = make_node(clock);
+  std::vector<int> starts_ms;
+  const auto timer = node->create_timer("timer", 10ms, [&] {
+    starts_ms.push_back(static_cast<int>(clock.now().time_since_epoch() / 1ms));
+    clock.work(starts_ms.size() == 2 ? 55ms : 1ms);
+  });
+  timer->set_parameters({.releases = 3});
+  executor->add_node(node);
+  const ManualSpin spin(*executor, clock, participants());
+  clock.advance(85ms);
+  // Released at 30 to 70 while the second runs: 40 and 50 are missed.
+  EXPECT_THAT(starts_ms, ElementsAre(10, 20, 75, 76, 77, 80));
+  EXPECT_EQ(timer->missed(), 2u);
+}
+
 // #2375, #2803, #2889: timers lost, stopped or shifted by cancel and reset.
 TEST_P(ConformanceTime, CancelAndResetOfTimersMeanWhatTheySay) {
   ManualClock clock;

@@ -83,6 +83,8 @@ bool Dispatcher::run_ready(Worker& worker, const ReadySet::Limits& limits) noexc
   if (record == nullptr) [[unlikely]]
     return false;
   Execution execution(*record, ready_.exact_time());
+  if (rule_ != nullptr && rule_->uses_time()) [[unlikely]]
+    rule_->begins(execution.as_picked->callback, execution.as_picked->label);
   const TimePoint picked =
       ready_.timers().now();  // read since the last callback, or the last sleep
   if (execution.is_checked) [[unlikely]]

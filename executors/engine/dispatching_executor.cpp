@@ -14,6 +14,7 @@
 #include "takt/base/lockfree/sequence.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/base/tracepoints.hpp"
+#include "takt/executors/chain_limits.hpp"
 #include "takt/executors/engine/spin_always.hpp"
 #include "takt/executors/engine/virtual_cpus.hpp"
 #include "takt/sched/threads/memory_lock.hpp"
@@ -65,7 +66,9 @@ std::unique_ptr<Rule> rule_for(const ExecutorOptions& options, const ExecutorTra
     throw Error(fmt::format("executor '{}' is of a type without trigger and period", options.name),
                 "leave out `trigger` and `let`, or choose 'triggered'");
   }
-  return traits.rule != nullptr ? traits.rule(options) : nullptr;
+  if (traits.rule != nullptr) return traits.rule(options);
+  return options.limits_chains && traits.max_threads > 1 && !traits.takes_band ? make_chain_limits()
+                                                                               : nullptr;
 }
 
 std::unique_ptr<WorkersPolicy> policy_for(const ExecutorOptions& options,

@@ -23,6 +23,7 @@ namespace takt::detail {
 struct CallbackSettings {
   CallbackInfo info;
   OverrunPolicy overrun = OverrunPolicy::catch_up;
+  std::uint32_t releases = 1;        // of a timer that may wait
   std::uint64_t label = 0;           // what the executor's rule has said of it
   WorkerSet workers = ~WorkerSet{};  // that may take it
 

@@ -27,6 +27,7 @@ CallbackRecord::CallbackRecord(Callbacks& owner, Dispatcher& by, std::shared_ptr
 void CallbackRecord::set(const CallbackSettings& now) noexcept {
   settings = now;
   workers.store(settings.workers);
+  entity->set_most_releases(settings.releases);
   demoted_info = settings.info;
   demoted_info.priority = std::numeric_limits<int>::min();
   demoted_info.criticality = std::numeric_limits<int>::min();
@@ -157,8 +158,9 @@ NamedCallback named(const CallbackRecord& record, const CallbackInfo& info) noex
 
 CallbackSettings settings_of(const CallbackRecord& record, const Node& node) {
   CallbackSettings settings = record.wanted;
-  settings.overrun =
-      node.callback_parameters(*record.entity).overrun.value_or(OverrunPolicy::catch_up);
+  const CallbackParameters parameters = node.callback_parameters(*record.entity);
+  settings.overrun = parameters.overrun.value_or(OverrunPolicy::catch_up);
+  settings.releases = static_cast<std::uint32_t>(parameters.releases.value_or(1));
   settings.info = callback_info(node, *record.entity, record.wanted.info);
   const NamedCallback callback = named(record, settings.info);
   try {

@@ -278,8 +278,8 @@ MUTATIONS |= {
         ("less urgent ones have not begun", "methods/workload.cpp",
          "‹for (const Time execution : less_urgent) result = plus(result, execution);›", ""),
         ("threads wake up at once", "analysis.cpp", "«plus(answer.bound, system_.overheads.wake)»", "answer.bound"),
-        ("a dispatch takes no time", "analysis.cpp", "«: dispatch;»",
-         ": 0;"),
+        ("a dispatch takes no time", "analysis.cpp", "«plus(dispatch, executor.more_dispatch)»",
+         "executor.more_dispatch"),
         ("arrival as a callback begins", "method.cpp",
          "«is_closed ? std::max<Time>(0, execution - 1) : execution»", "std::max<Time>(0, execution - 1)"),
     ]
@@ -289,7 +289,7 @@ MUTATIONS |= {
 MUTATIONS |= {
     name: ("analysis/" + file, there, instead, ("analysis_test", "{bin}/analysis_test", "--gtest_filter=Analysis.AThread*"))
     for name, file, there, instead in [
-        ("what a thread of several CPUs has left over", "supplies.cpp", "demand_of({part}, «plus(window, part->busy)»", "window"),
+        ("what a thread of several CPUs has left over", "supplies.cpp", "«plus(window, part->busy)», 0)", "window"),
         ("what is there when it arrives", "methods/workload.cpp", "std::max<Time>(1, «plus(until, before)»)", "until"),
         ("further threads wake up at once", "methods/workload.cpp", "«times(part.system.overheads.wake, threads - 1)»", "0"),
         ("the first and the last of a workload", "methods/workload.cpp", "«std::clamp<Time>(ends, each, times(2, each))»", "each"),

@@ -43,6 +43,15 @@ void ConfigurationReader::read_chain(const Value& value) {
                                       "remove it, or write a longer time");
                         }
                       })},
+       {"concurrency",
+        "How many of its callbacks a pool (`events`, `multi_threaded`) runs at the same time, "
+        "counted in each executor; others wait, and let other chains go first. By default any "
+        "number.",
+        [&](const Value& limit) {
+          int most = 0;
+          into(most, 1)(limit);
+          chain.options.concurrency = static_cast<std::uint32_t>(most);
+        }},
        {"losses",
         "Whether messages on its way may be overwritten, and releases missed: `refused`, or "
         "`allowed`. `takt analyze` then says how many instances its guarantee covers.",

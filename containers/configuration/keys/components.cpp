@@ -263,7 +263,12 @@ std::vector<SystemReader::Field> ConfigurationReader::parameter_fields(
        "its phase. `abort`: the chain instance ends, and its messages are not delivered. "
        "`demote`: the callback runs after all others until one execution stays in time. Every "
        "overrun is counted.",
-       into(parameters.overrun, overrun_policies())}};
+       into(parameters.overrun, overrun_policies())},
+      {"releases",
+       "How many releases of a timer may wait; by default 1, and those that come due meanwhile are "
+       "missed. With more, each is served, the oldest first; of those beyond, the oldest are "
+       "missed, and counted. Of no effect on other callbacks.",
+       into(parameters.releases, 1)}};
 }
 
 void ConfigurationReader::read_changes(const Value& value, CallbackParameterChanges& changes) {

@@ -156,6 +156,9 @@ void print_missing(const SystemModel::Chain& chain, const ModelBounds::Chain& bo
     rt::print("  {} took {} ms in the measured run, its bound is {} ms: one of these is not so\n",
               chain.name, ms(chain.observed.count()), ms(bound.bound->count()));
   }
+  if (const std::string lost = why_lost_in_run(chain, bound); !lost.empty())
+    rt::print("  {}, and its bound speaks of 1 of {}: one of these is not so\n", lost,
+              bound.one_of);
   for (const Assumption* const assumption : missing(chain, bound)) {
     const bool is_covered = assumption->state != Assumption::State::not_covered;
     rt::print("  {}: {} ({})\n", assumption->id, assumption->text,

@@ -265,6 +265,11 @@ std::string why_not_guaranteed(const SystemModel::Chain& chain, const ModelBound
       for (const Assumption* assumption : missing(chain, bound)) {
         if (assumption->state == Assumption::State::refuted) return assumption->text;
       }
+      if (const std::string lost = why_lost_in_run(chain, bound); !lost.empty()) {
+        return fmt::format(
+            "{}, and its bound speaks of 1 of {}: correct the file, or measure again", lost,
+            bound.one_of);
+      }
       return fmt::format(
           "took {} in the measured run, its bound is {}: what the file says, or the "
           "model, is not true; `--overheads measure`, or measure longer",

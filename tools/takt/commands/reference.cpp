@@ -133,8 +133,10 @@ std::string guarantees_reference() {
       "[bounds](../explanation/analysis.md).\n\n"
       "## Assumptions\n\n"
       "A chain is `guaranteed` if each of its assumptions is checked, or accepted in the file: "
-      "`accept: {ID: 'why it holds'}`,\nat its top or in a chain. What a run, a component or this "
-      "machine refutes cannot be accepted.\n\n"
+      "`accept: {ID: 'why it holds'}`,\nat its top or in a chain. What the measured run or a "
+      "component refutes cannot be accepted. Where the file's\n`machine` is not this one, the text "
+      "of the assumption says what is here: accept it for the other machine only, as a\nrun on "
+      "this one may break the bound.\n\n"
       "| id | what is assumed | when Takt looks | what makes it needless |\n|---|---|---|---|\n";
   for (const AssumptionKind& kind : assumption_kinds()) {
     const auto or_dash = [](std::string_view text) { return text.empty() ? "–" : text; };

@@ -15,7 +15,7 @@ import tempfile
 import time
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
-from checks import check, environment, finish, proves  # noqa: E402
+from checks import check, environment, eventually, finish, lives, proves, state_of  # noqa: E402
 
 takt, library = (os.path.abspath(path) for path in sys.argv[1:])
 LIMIT = 60  # seconds, for what takes a few on an idle machine
@@ -107,16 +107,7 @@ def children_of(process):
 
 def wait_for_ends(pids):
     """Until these processes have ended, also when their parent has not waited for them."""
-    def has_ended(pid):
-        try:
-            return open(f"/proc/{pid}/stat").read().rpartition(")")[2].split()[0] == "Z"
-        except OSError:
-            return True
-    for _ in range(LIMIT * 100):
-        if all(map(has_ended, pids)):
-            return True
-        time.sleep(0.01)
-    return False
+    return eventually(lambda: not any(map(lives, pids)), LIMIT)
 
 
 ONE = "container:\n  name: one\n  components:\n" + component("sound") + component("slow")
@@ -324,8 +315,8 @@ def nices(process):
     found = []
     for pid in (process.pid, *children_of(process)):
         for task in pathlib.Path(f"/proc/{pid}/task").iterdir():
-            if (task / "comm").read_text() == "signals\n":
-                found.append(int((task / "stat").read_text().rsplit(")", 1)[1].split()[16]))
+            if (task / "comm").read_bytes() == b"signals\n":
+                found.append(int(state_of(f"{pid}/task/{task.name}")[16]))
     return found
 
 

@@ -1,0 +1,215 @@
+// Traps that a third author found, who knew only the documents: of CPUs, bands and overruns.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/containers/model/bound_of_test.hpp"
+
+namespace takt::test {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+/// A chain of one timer of 10 ms on thread a, and one of 1 ms on thread b.
+std::string two_threads(const std::string& machine, const std::string& a, const std::string& b,
+                        const std::string& types = "events") {
+  return fmt::format(R"(
+machine: {{cpus: [0, 1], {}}}
+threads:
+  a: {{{}}}
+  b: {{{}}}
+executors:
+  e: {{type: {}, threads: [a]}}
+  f: {{type: events, threads: [b]}}
+chains: [{{name: c, deadline: 90ms, path: [x/x_timer]}}]
+container:
+  components:
+    - {{component: takt::Workload, name: x, executor: e, parameters: {{publishers: {{topic: [x], period_us: [100000], work_us: [10000]}}}}}}
+    - {{component: takt::Workload, name: z, executor: f, parameters: {{publishers: {{topic: [z], period_us: [5000], work_us: [1000]}}}}}}
+)",
+                     machine, a, b, types);
+}
+
+// A simulation, which divides a dispatch by the speed, was above the bound.
+TEST(CpuTraps, ADispatchTakesLongerOnASlowCpu) {
+  const auto bound = [](const char* machine) {
+    return bound_of(two_threads(machine, "policy: SCHED_FIFO, priority: 60, affinity: [1]",
+                                "policy: SCHED_FIFO, priority: 60, affinity: [0]"))
+        .bound.value();
+  };
+  const Nanoseconds without = bound("speed: {1: 0.5}");
+  EXPECT_EQ(bound("speed: {1: 0.5}, overheads: {dispatch: 100us}"), without + 200us);
+  EXPECT_EQ(bound("speed: {1: 2}, overheads: {dispatch: 100us}"), bound("speed: {1: 2}") + 100us);
+}
+
+// With a CPU for each, a thread that is moved to the other one was said to be there at once.
+TEST(CpuTraps, AThreadThatIsMovedPaysForTheSwitches) {
+  const auto found = [](const char* overheads, const char* a, const char* b) {
+    return bound_of(two_threads(overheads, a, b));
+  };
+  const char* const urgent = "policy: SCHED_FIFO, priority: 80, affinity: [0]";
+  const char* const free = "policy: SCHED_FIFO, priority: 60, affinity: [0, 1]";
+  const char* const apart = "policy: SCHED_FIFO, priority: 60, affinity: [1]";
+  const char* const costs = "overheads: {switch: 100us, wake: 1us}";
+  EXPECT_EQ(found("", free, urgent).bound, found("", apart, urgent).bound);
+  // Three or four executions of the other one in the time of one.
+  EXPECT_GE(*found(costs, free, urgent).bound, *found(costs, apart, urgent).bound + 600us);
+  EXPECT_LE(*found(costs, free, urgent).bound, *found(costs, apart, urgent).bound + 1ms);
+  const char* const reserved = "policy: SCHED_DEADLINE, runtime: 2ms, period: 5ms";
+  EXPECT_GE(*found(costs, free, reserved).bound, *found(costs, apart, urgent).bound + 600us);
+  // Linux does not move a thread of SCHED_OTHER at once.
+  EXPECT_EQ(found("exclusive: true", "affinity: [1]", urgent).why_not, "");
+  EXPECT_THAT(found("exclusive: true", "affinity: [0, 1]", urgent).why_not,
+              HasSubstr("without real-time priorities"));
+}
+
+/// With `--executor preemptive`.
+ModelledProcess with_bands(const std::string& text) {
+  const ConfigurationFile file("system.yaml", text);
+  const Container container(file.read(), {.executor = "preemptive"});
+  return container.modelled();
+}
+/// The priorities of an executor's threads on one CPU.
+std::vector<int> priorities(const ModelledProcess& process, std::size_t executor, int cpu) {
+  std::vector<int> result;
+  for (const std::string& name : process.executors.at(executor).threads) {
+    const auto thread = std::find_if(process.threads.begin(), process.threads.end(),
+                                     [&](const auto& each) { return each.name == name; });
+    EXPECT_THAT(thread->affinity, ElementsAre(cpu)) << name;
+    result.push_back(thread->priority);
+  }
+  return result;
+}
+
+// The bound was that of the file's thread, and the run had a band, on one of its CPUs.
+TEST(CpuTraps, ABandInPlaceOfThreadsIsInTheModel) {
+  const ModelledProcess process =
+      with_bands(two_threads("", "policy: SCHED_FIFO, priority: 70, affinity: [0, 1]",
+                             "policy: SCHED_FIFO, priority: 85, affinity: [0]"));
+  EXPECT_THAT(priorities(process, 0, 0), ElementsAre(70, 71, 72, 73, 74, 75, 76, 77));
+  EXPECT_THAT(priorities(process, 1, 0), ElementsAre(85, 86, 87, 88, 89, 90, 91, 92));
+}
+
+// Two bands overlapped, and the bounds did not know it.
+TEST(CpuTraps, ABandInPlaceOfThreadsEndsBelowOtherThreads) {
+  const auto bands = [](int a, int b, const char* cpu_of_b) {
+    const ModelledProcess process = with_bands(
+        two_threads("", fmt::format("policy: SCHED_FIFO, priority: {}, affinity: [0]", a),
+                    fmt::format("policy: SCHED_FIFO, priority: {}, affinity: [{}]", b, cpu_of_b)));
+    return std::pair(priorities(process, 0, 0), process.executors.at(1).threads.size());
+  };
+  EXPECT_EQ(bands(70, 72, "0"), std::pair(std::vector{70, 71}, std::size_t{8}));
+  EXPECT_EQ(bands(99, 98, "0"), std::pair(std::vector{99}, std::size_t{1}));
+  EXPECT_EQ(bands(70, 70, "0"), std::pair(std::vector{70}, std::size_t{1}));
+  EXPECT_EQ(bands(98, 70, "1"), std::pair(std::vector{98, 99}, std::size_t{8}));
+}
+
+// Inside a band in the file it was an error; one that a group's priority, or Takt, gives a thread
+// was not seen.
+TEST(CpuTraps, AThreadInsideABandHasNoBound) {
+  const auto why_not = [](int priority) {
+    return bound_of(fmt::format(R"(
+threads:
+  band: {{policy: SCHED_FIFO, priority: 60..68, affinity: [0]}}
+  entry: {{policy: SCHED_FIFO, priority: 80, affinity: [0]}}
+executors:
+  e: {{type: preemptive, threads: [band]}}
+  f: {{type: isolated, per: group, threads: [entry]}}
+chains: [{{name: c, deadline: 90ms, path: [z/z_timer]}}]
+container:
+  components:
+    - {{component: takt::Workload, name: x, executor: e, parameters: {{publishers: {{topic: [x], period_us: [100000], work_us: [10000]}}}}}}
+    - {{component: takt::Workload, name: z, executor: f, parameters: {{publishers: {{topic: [z], period_us: [50000], work_us: [1000]}}}}, callback_groups: {{default: {{priority: {}}}}}}}
+)",
+                                priority))
+        .why_not;
+  };
+  EXPECT_EQ(why_not(69), "");
+  EXPECT_EQ(why_not(59), "");
+  EXPECT_THAT(why_not(61), HasSubstr("inside the other's band"));
+  EXPECT_THAT(why_not(68), HasSubstr("inside the other's band"));
+}
+
+/// A timer sends to two; one of them ends the instance, beside the chain.
+std::string with_abort(const std::string& chain) {
+  return R"(
+threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}}
+executors: {e: {type: events, threads: [a]}}
+chains: [{name: c, deadline: 40ms, path: [s/x_timer, brake/x])" +
+         chain + R"(}]
+container:
+  components:
+    - {component: takt::Workload, name: s, executor: e, parameters: {publishers: {topic: [x], period_us: [50000], work_us: [1000]}}}
+    - {component: takt::Workload, name: log, executor: e, parameters: {subscriptions: {topic: [x], work_us: [3000]}}, callbacks: {x: {deadline: 2ms, overrun: abort}}}
+    - {component: takt::Workload, name: brake, executor: e, parameters: {subscriptions: {topic: [x], work_us: [5000]}}}
+)";
+}
+
+// "Guaranteed for 1 of 1 instances at least", and none came.
+TEST(CpuTraps, WhoEndsInstancesBesideAChainMayEndEach) {
+  EXPECT_EQ(verdict_of(with_abort("")), Verdict::may_lose);
+  const ModelBounds::Chain allowed = bound_of(with_abort(", losses: allowed"));
+  EXPECT_EQ(allowed.one_of, 0);
+  EXPECT_THAT(allowed.why_lossy, HasSubstr("'/log/x' may take longer than 2ms"));
+}
+
+// "1 of 2 instances at least", and none came: another publisher's messages replaced them all.
+TEST(CpuTraps, WhatIsOverwrittenMayAlwaysBeOfOneSource) {
+  const auto one_of = [](const char* other) {
+    return bound_of(fmt::format(R"(
+threads: {{a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}, b: {{policy: SCHED_FIFO, priority: 50, affinity: [0]}}}}
+executors: {{e: {{type: events, threads: [a]}}, f: {{type: events, threads: [b]}}}}
+chains: [{{name: c, deadline: 90ms, losses: allowed, path: [s/x_timer, k/x]}}]
+container:
+  components:
+    - {{component: takt::Workload, name: s, executor: e, parameters: {{publishers: {{topic: [x], period_us: [5000], work_us: [1000]}}}}}}
+    - {{component: takt::Workload, name: t, executor: e, parameters: {{publishers: {{topic: [{}], period_us: [20000], work_us: [6000]}}}}}}
+    - {{component: takt::Workload, name: k, executor: f, parameters: {{subscriptions: {{topic: [x], work_us: [100], depth: [1]}}}}}}
+)",
+                                other))
+        .one_of;
+  };
+  EXPECT_GT(one_of("other"), 1);
+  EXPECT_EQ(one_of("x"), 0);
+}
+
+// The model itself had 150 executions of the first callback, and 30 instances.
+TEST(CpuTraps, AChainThatLostInstancesInItsRunIsRefuted) {
+  const std::string text = two_threads("", "policy: SCHED_FIFO, priority: 60, affinity: [1]",
+                                       "policy: SCHED_FIFO, priority: 60, affinity: [0]");
+  MeasuredModel measured{.duration = 15s};
+  measured.callbacks.push_back(
+      {.name = "/x/x_timer", .executions = 150, .least_distances = {100ms}});
+  measured.chains.push_back({.name = "c", .instances = 148, .longest = 10ms});
+  EXPECT_EQ(verdict_of(text, &measured), Verdict::guaranteed);
+  measured.chains[0].instances = 145;
+  EXPECT_EQ(verdict_of(text, &measured), Verdict::refuted);
+  const Analyzed found = analyzed(text, &measured);
+  EXPECT_EQ(why_lost_in_run(found.chain(), found.bound()),
+            "of 150 instances that began in the measured run, 145 came through");
+  measured.lost_executions = 1;  // then they are not known
+  EXPECT_EQ(verdict_of(text, &measured), Verdict::guaranteed);
+}
+
+// The same of an instance that a join waits for.
+TEST(CpuTraps, WhoEndsInstancesOfAnInputEndsAJoin) {
+  const ModelBounds::Chain found = bound_of(R"(
+threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}}
+executors: {e: {type: events, threads: [a]}}
+chains: [{name: c, deadline: 140ms, losses: allowed, path: [s/x_timer, j/x, k/z]}]
+container:
+  components:
+    - {component: takt::Workload, name: s, executor: e, parameters: {publishers: {topic: [x], period_us: [50000], work_us: [1000]}}}
+    - {component: takt::Workload, name: o, executor: e, parameters: {publishers: {topic: ["y"], period_us: [50000], work_us: [1000]}}}
+    - {component: takt::Workload, name: log, executor: e, parameters: {subscriptions: {topic: ["y"], work_us: [3000]}}, callbacks: {"y": {deadline: 2ms, overrun: abort}}}
+    - {component: takt::Workload, name: j, executor: e, parameters: {relays: {input: [x, "y"], output: [z, z], work_us: [500, 500], depth: [1, 1]}}}
+    - {component: takt::Workload, name: k, executor: e, parameters: {subscriptions: {topic: [z], work_us: [500]}}}
+)");
+  EXPECT_EQ(found.one_of, 0);
+  EXPECT_THAT(found.why_lossy, HasSubstr("waits for '/j/y': '/log/y' may take longer than 2ms"));
+}
+
+}  // namespace
+}  // namespace takt::test
