@@ -46,9 +46,10 @@ struct TaskContext {
 /// The return type of a coroutine that may `co_await`: a callback returns Task<>, a function that
 /// is awaited by one Task<T>. It begins when it is awaited, and throws there what it throws.
 ///
-/// What it awaits: another Task; sleep_for and sleep_until; Client::call; Receiver::receive; an
-/// ActionClient's calls. Until that is there it is outside its callback group, whose other
-/// callbacks run meanwhile; then it goes on inside it, as a callback of its own: "NAME/resumed".
+/// What it awaits: another Task; sleep_for and sleep_until; batch(), between parts of long work;
+/// Client::call; Receiver::receive; an ActionClient's calls. Until that is there it is outside its
+/// callback group, whose other callbacks run meanwhile; then it goes on inside it, as a callback of
+/// its own: "NAME/resumed".
 ///
 /// A callback that is a coroutine is not called again before it has ended: messages and requests
 /// wait in their queues, a timer's releases are counted as missed. When its entity is dropped, the

@@ -167,6 +167,43 @@ inline Sleep sleep_until(TimePoint time) noexcept {
   return Sleep({}, time);
 }
 
+/// Ends a batch of long work, see batch().
+/// Thread safety: belongs to its task.
+/// Real-time: as TaskRunner.
+class Batch {
+ public:
+  Batch() = default;
+  ~Batch() {
+    if (waiting_.runner != nullptr) waiting_.runner->forget(waiting_);
+  }
+  Batch(const Batch&) = delete;
+  Batch& operator=(const Batch&) = delete;
+
+  bool await_ready() const noexcept { return false; }
+  template <class Promise>
+  void await_suspend(std::coroutine_handle<Promise> coroutine) noexcept {
+    waiting_.suspend(coroutine);
+    waiting_.runner->resume_later(waiting_);
+  }
+  void await_resume() const noexcept {}
+
+ private:
+  Waiting waiting_;
+};
+
+/// Divides long work: `co_await batch()` gives the thread back. What is ready runs, of the task's
+/// own group too, as the scheduler orders it, and the task goes on as "NAME/resumed", which is
+/// ready from now on. So each batch is an execution of its own: it is counted as one, and `budget`
+/// and `deadline` are about it.
+///
+/// A cancel is seen between two batches: what asks for it is a callback as well. So look at the
+/// goal's is_canceling(), or a std::stop_token, behind each. Where another thread may set it, in an
+/// executor of several or by a more urgent callback of `preemptive`, a batch that looks again and
+/// again ends at once. A task whose callback is dropped does not go on.
+inline Batch batch() noexcept {
+  return {};
+}
+
 /// A timer whose callback is a coroutine.
 /// Thread safety and real-time: as Timer and TaskRunner.
 class TaskTimer : public Timer {

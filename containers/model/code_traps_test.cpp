@@ -122,6 +122,48 @@ TEST(CodeTraps, ACoroutineGoesOnWhenItLikes) {
               HasSubstr("'/r/t' is a coroutine: nobody knows when it goes on"));
 }
 
+/// Works in batches, and controls between them.
+class CodeInBatches : public Node {
+ public:
+  explicit CodeInBatches(const NodeOptions& options) : Node("planner", options) {
+    const auto group = create_callback_group("work", CallbackGroupType::MutuallyExclusive);
+    work_ = create_timer(
+        "work", 1s, []() -> Task<> { co_await batch(); }, group);
+    control_ = create_timer("control", 10ms, [] {});
+  }
+
+ private:
+  Timer::SharedPtr work_, control_;
+};
+
+// Nobody knows how many batches there are: what comes before them waits for one.
+TEST(CodeTraps, BatchesDelayWhatIsMoreUrgentByOne) {
+  const auto bound = [](const char* scheduler, const char* of_work, const char* path) {
+    return analyzed(fmt::format(R"(
+machine: {{rt_runtime: 1s}}
+threads: {{one: {{policy: SCHED_FIFO, priority: 50, affinity: [0]}}}}
+executors: {{one: {{threads: [one], type: events, scheduler: {}}}}}
+chains: [{{name: c, path: [p/{}]}}]
+container:
+  components:
+    - component: tricky::CodeInBatches
+      name: p
+      executor: one
+      callback_groups: {{work: {{{}}}}}
+      callbacks: {{control: {{execution: 1ms, priority: 0}}}}
+)",
+                                scheduler, path, of_work))
+        .bound();
+  };
+  EXPECT_EQ(bound("fixed_priority", "priority: -1, budget: 2ms", "control").bound, 3ms);
+  EXPECT_FALSE(bound("fixed_priority", "priority: 1, budget: 2ms", "control").bound);
+  EXPECT_FALSE(bound("fifo", "budget: 2ms", "control").bound);
+  EXPECT_THAT(bound("fixed_priority", "priority: -1", "control").why_not,
+              HasSubstr("the execution time of '/p/work/resumed/alarm' is not known"));
+  EXPECT_THAT(bound("fixed_priority", "priority: -1, budget: 2ms", "work").why_not,
+              HasSubstr("'/p/work' is a coroutine"));
+}
+
 // The group that a component keeps for an executor of its own was analysed as one of the file's.
 TEST(CodeTraps, AGroupMayBelongToNoExecutorOfTheFile) {
   EXPECT_EQ(CodeFile{.kind = "plain"}.analyzed().bound().why_not, "");
@@ -163,3 +205,4 @@ TEST(CodeTraps, TheLeastDelayIsAPromise) {
 
 TAKT_REGISTER_COMPONENT(tricky::CodeSender, "sends")
 TAKT_REGISTER_COMPONENT(tricky::CodeReceiver, "receives")
+TAKT_REGISTER_COMPONENT(tricky::CodeInBatches, "works in batches")

@@ -14,6 +14,7 @@
 #include "takt/base/manual_clock.hpp"
 #include "takt/containers/simulation/arrivals.hpp"
 #include "takt/containers/simulation/simulated_bodies.hpp"
+#include "takt/entities/task_runner.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 
 namespace takt {
@@ -202,6 +203,8 @@ std::vector<Source> sources_of(const ModelledProcess& process, const SystemModel
     const analysis::Callback& callback = model.system.callbacks[i];
     if (callback.is_timer || !callback.arrivals) continue;
     Entity& entity = *process.callbacks[i].entity;
+    if (dynamic_cast<const TaskRunner*>(&entity) != nullptr || entity.kind() == EntityKind::timer)
+      continue;  // code that runs goes on with its coroutines, and sets its alarms
     std::function<void()> arrive;
     if (entity.kind() == EntityKind::subscription) {
       arrive = [publisher = &bodies.publisher_for(entity)] { publisher->publish(); };

@@ -120,6 +120,66 @@ TEST_P(ConformanceTask, SleepsWhileOthersOfItsGroupRun) {
   EXPECT_THAT(trace_, ElementsAre("sleeps", "tick", "awake"));
 }
 
+TEST_P(ConformanceTask, BetweenBatchesOthersOfItsGroupRun) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
+  const auto publisher = node_->create_publisher<Number>("numbers", 5);
+  const auto subscription = node_->create_subscription<Number>(
+      "numbers", 5, [&](const Number& number) { note("message " + std::to_string(number.value)); });
+  const auto worker = node_->create_timer("worker", 10ms, [&]() -> Task<> {
+    for (int i = 1; i <= 2; ++i) {
+      note("batch " + std::to_string(i));
+      publisher->publish(Number{i});
+      co_await batch();
+    }
+    note("end");
+  });
+  executor_->add_node(node_);
+  clock_.advance(10ms);
+  executor_->spin_all();
+  EXPECT_THAT(trace_, ElementsAre("batch 1", "message 1", "batch 2", "message 2", "end"));
+}
+
+TEST_P(ConformanceTask, SpinSomeRunsOneBatch) {
+  int batches = 0;
+  const auto worker = node_->create_timer("worker", 10ms, [&]() -> Task<> {
+    for (int i = 0; i < 3; ++i) {
+      ++batches;
+      co_await batch();
+    }
+  });
+  executor_->add_node(node_);
+  clock_.advance(10ms);
+  for (int i = 1; i <= 3; ++i) {
+    executor_->spin_some();
+    EXPECT_EQ(batches, i);
+  }
+  executor_->spin_all();
+  EXPECT_EQ(batches, 3);
+}
+
+// On several workers, the next batch may begin before the last one has returned.
+TEST_P(ConformanceTask, BatchesOfOneTaskAreOneAfterAnother) {
+  const auto executor = make(Clock::steady());
+  const auto node = make_node(Clock::steady());
+  const auto reentrant = node->create_callback_group("several", CallbackGroupType::Reentrant);
+  Exclusive exclusive;
+  std::atomic<int> ended{0};
+  const auto timer = node->create_timer(
+      "worker", 100us,
+      [&]() -> Task<> {
+        for (int i = 0; i < 100; ++i) {
+          { const Exclusive::Inside inside(exclusive); }
+          co_await batch();
+        }
+        ++ended;
+      },
+      reentrant);
+  executor->add_node(node);
+  const SpinThread spin(*executor);
+  EXPECT_TRUE(eventually([&] { return ended >= 10; })) << ended;
+  EXPECT_FALSE(exclusive.violated);
+}
+
 TEST_P(ConformanceTask, AwaitsMessagesThatAreThereOrCome) {
   const auto receiver = node_->create_receiver<Number>("numbers", 5);
   const auto publisher = node_->create_publisher<Number>("numbers", 5);
@@ -280,6 +340,22 @@ TEST_P(ConformanceTask, WhatIsDroppedDoesNotGoOn) {
   EXPECT_THAT(trace_, ElementsAre("goes on to its next await"));
 }
 
+TEST_P(ConformanceTask, WorkWhoseTimerIsDroppedEndsWithItsBatch) {
+  if (is_frozen()) GTEST_SKIP() << "a static executor lets nothing go";
+  std::shared_ptr<Timer> worker;
+  int batches = 0;
+  worker = node_->create_timer("worker", 10ms, [&]() -> Task<> {
+    for (;;) {
+      if (++batches == 3) worker.reset();
+      co_await batch();
+    }
+  });
+  executor_->add_node(node_);
+  clock_.advance(10ms);
+  executor_->spin_all();
+  EXPECT_EQ(batches, 3);
+}
+
 TEST_P(ConformanceTask, ThoseOfALifecycleNodeRestWhileItIsNotActive) {
   const auto managed = std::make_shared<LifecycleNode>("managed", NodeOptions{.clock = &clock_});
   const auto publisher = node_->create_publisher<Number>("numbers", 5);
@@ -333,6 +409,7 @@ TEST_P(ConformanceTask, TheSteadyStateAllocatesNothing) {
     auto loan = publisher->borrow_loaned_message();
     publisher->publish(std::move(loan));
     co_await receiver->receive();
+    co_await batch();
     co_await sleep_for(10us);
     ++rounds;
   });

@@ -77,7 +77,10 @@ Task<bool> World::step(PartPtr part, std::uint8_t what) {
       co_await await_message(part);
       co_return false;  // a message may have been there
     default:
-      if (next() % 2 == 0) co_return false;
+      if (next() % 2 == 0) {
+        co_await batch();
+        co_return true;
+      }
       co_await await_goal(part);
       co_return false;  // there may be no client
   }

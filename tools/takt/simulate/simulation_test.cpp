@@ -13,6 +13,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/base/manual_clock.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/containers/configuration/configuration_file_test.hpp"
 #include "takt/measuring/json_text.hpp"
@@ -221,6 +222,75 @@ container:
   EXPECT_GT(longest("type: events", "60"), 7ms);
 }
 
+// ---- Long work in batches ----
+
+/// Plans for 6 ms, in batches, and controls each 4 ms, for 1 ms.
+class InBatches : public Node {
+ public:
+  explicit InBatches(const NodeOptions& options) : Node("planner", options) {
+    each_ = std::chrono::milliseconds(declare_parameter<int>("batch_ms", 2));
+    const auto planning = create_callback_group("planning", CallbackGroupType::MutuallyExclusive);
+    plan_ = create_timer(
+        "plan", 40ms, [this] { return plan(); }, planning);
+    control_ = create_timer("control", 4ms, [this] { work(1ms); });
+  }
+
+ private:
+  void work(Nanoseconds duration) {
+    if (ManualClock* const manual = clock().as_manual()) manual->work(duration);
+  }
+  Task<> plan() {
+    for (Nanoseconds done{0}; done < 6ms; done += each_) {
+      if (done != 0ns) co_await batch();
+      work(each_);
+    }
+  }
+
+ protected:
+  Nanoseconds each_{0};
+
+ private:
+  Timer::SharedPtr plan_, control_;
+};
+
+/// The same, whose code runs in a simulation.
+class InKnownBatches : public InBatches, public KnowsExecutionTimes {
+ public:
+  using InBatches::InBatches;
+  std::optional<Nanoseconds> execution_time(std::string_view callback) const override {
+    if (callback == "plan/resumed/alarm") return 0ns;  // it does not sleep
+    return callback == "control" ? 1ms : each_;
+  }
+};
+
+std::string batches_file(const std::string& component, int batch_ms) {
+  return fmt::format(R"(
+machine: {{cpus: 1}}
+threads: {{one: {{policy: SCHED_FIFO, priority: 50, affinity: [0]}}}}
+executors: {{default: {{type: events, scheduler: fixed_priority, threads: [one]}}}}
+chains: [{{name: c, deadline: 50ms, path: [planner/control]}}]
+container:
+  components:
+    - component: takt::tools::{}
+      name: planner
+      executor: default
+      parameters: {{batch_ms: {}}}
+      callback_groups: {{planning: {{priority: -1}}}}
+)",
+                     component, batch_ms);
+}
+
+TEST(Simulation, ABatchIsAllThatDelaysOthers) {
+  const auto result_of = [](int batch_ms) {
+    return simulated(batches_file("InKnownBatches", batch_ms));
+  };
+  const ProcessResult short_ones = result_of(2), one = result_of(6);
+  EXPECT_EQ(short_ones.chains.front().statistics.latency.max(), 2ms);
+  EXPECT_EQ(of(short_ones, "plan/resumed").execution.max(), 2ms);
+  EXPECT_EQ(of(short_ones, "plan/resumed").execution.count(), 50u);
+  EXPECT_EQ(one.chains.front().statistics.latency.max(), 4ms);
+}
+
 TEST(Simulation, WhatCannotBeSimulatedIsRefusedByName) {
   const auto error = [](const std::string& text) -> std::string {
     try {
@@ -246,9 +316,13 @@ TEST(Simulation, WhatCannotBeSimulatedIsRefusedByName) {
   text.replace(text.find("container:"), 10, "containers:\n-");
   text.replace(text.find("    - {comp"), 0, "- name: more\n  components:\n");
   EXPECT_THAT(error(text), HasSubstr("cannot simulate 2 processes"));
+  EXPECT_THAT(error(batches_file("InBatches", 2)),
+              HasSubstr("'/planner/plan/resumed' cannot be simulated: it is a coroutine"));
 }
 
 }  // namespace
 }  // namespace takt::tools
 
 TAKT_REGISTER_COMPONENT(takt::tools::Mute, "does nothing")
+TAKT_REGISTER_COMPONENT(takt::tools::InBatches, "plans in batches")
+TAKT_REGISTER_COMPONENT(takt::tools::InKnownBatches, "plans in batches of known length")
