@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -36,6 +37,9 @@ std::string override(ExecutorDescription& executor, const ContainerOverrides& ov
   if (!traits.isolates && executor.per != Isolation::node) {
     unused.emplace_back("`per`");
     executor.per = Isolation::node;
+  }
+  if (!traits.isolates && std::exchange(executor.reentrant_threads, 1) != 1) {
+    unused.emplace_back("`reentrant_threads`");
   }
   return fmt::format("{}", fmt::join(unused, ", "));
 }

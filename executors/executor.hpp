@@ -82,6 +82,10 @@ std::unique_ptr<WorkersPolicy> make_workers_policy(const ExecutorOptions& option
 /// The unit that gets its own executor and thread in an executor that isolates.
 enum class Isolation { node, group };
 
+// Limit: threads of a reentrant group, `reentrant_threads`. At it: more are refused. Seen: the
+// error.
+inline constexpr std::size_t kMostReentrantThreads = 64;
+
 // Limit: messages that wait for the end of a period of `triggered`, unless the code gives another
 // number. At it: further ones are dropped, and counted. Seen: a note of the result.
 inline constexpr std::size_t kMostOutputs = 256;
@@ -118,11 +122,14 @@ struct ExecutorOptions {
   /// Empty: the caller's thread as it is; a pool has as many threads as the machine has CPUs.
   std::vector<ThreadAttributes> threads;
   Isolation per = Isolation::node;  // of executors that isolate
-  TriggerOptions trigger;           // of triggered executors
-  OwnValues own;                    // of the keys that its traits name
-  bool limits_chains = false;       // pools: some chain has ChainOptions::concurrency; they heed it
-                                    // unless their type has a rule of its own
-  OwnValues scheduler_own;          // of those that its scheduler's traits name
+  /// Of these, with Isolation::group: how many threads each reentrant group has. At most
+  /// kMostReentrantThreads.
+  std::size_t reentrant_threads = 1;
+  TriggerOptions trigger;      // of triggered executors
+  OwnValues own;               // of the keys that its traits name
+  bool limits_chains = false;  // pools: some chain has ChainOptions::concurrency; they heed it
+                               // unless their type has a rule of its own
+  OwnValues scheduler_own;     // of those that its scheduler's traits name
   /// Callbacks, as "node/callback", that come first in the order of registration, as listed. Used
   /// by the schedulers `listed` and, inside a kind, `ros`.
   std::vector<std::string> order;

@@ -3,22 +3,53 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "takt/base/same_owner.hpp"
 #include "takt/entities/wait_in_callback.hpp"
 #include "takt/executors/engine/spin_always.hpp"
 #include "takt/executors/engine/virtual_cpus.hpp"
 
 namespace takt {
+namespace {
+
+void check_reentrant_threads(const ExecutorOptions& options) {
+  const std::size_t threads = options.reentrant_threads;
+  if (threads == 0 || threads > kMostReentrantThreads) {
+    throw Error(
+        fmt::format("executor '{}' has {} threads for each reentrant group", options.name, threads),
+        fmt::format("give `reentrant_threads` 1 to {}", kMostReentrantThreads));
+  }
+  if (threads != 1 && options.per != Isolation::group) {
+    throw Error(
+        fmt::format("executor '{}' has a thread for each node, whatever its groups", options.name),
+        "leave out `reentrant_threads`, or write `per: group`");
+  }
+}
+
+// Of a child. The engine names all but the first one.
+std::vector<ThreadAttributes> threads_for(const CallbackGroup* group, ThreadAttributes first,
+                                          const ExecutorOptions& options) {
+  std::vector<ThreadAttributes> threads{first};
+  if (group == nullptr || group->type() != CallbackGroupType::Reentrant) return threads;
+  first.name.clear();
+  threads.resize(options.reentrant_threads, first);
+  return threads;
+}
+
+}  // namespace
 
 IsolatedExecutor::IsolatedExecutor(const ExecutorOptions& options, const ExecutorTraits& traits)
     : options_(options),
       traits_(traits),
       backend_(make_wait_backend(kAutoWait, *options.clock, 1, true)) {
+  check_reentrant_threads(options);
   if (!has_virtual_cpus(*options.clock)) {
     for (const ThreadAttributes& thread : options.threads) thread.check();
     check_spin(options, options.threads);
   }
-  make_wait_backend(options.wait, *options.clock, 1, false);  // throws here, not in a child
+  // Throws here, not in a child.
+  make_wait_backend(options.wait, *options.clock, options.reentrant_threads, false);
   if (!options.scheduler.empty()) schedulers().check(options.scheduler);
   sleeper_.begin();
 }
@@ -85,14 +116,16 @@ std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::make_child(
   ExecutorOptions options = options_;
   options.name = node->name();
   options.per = Isolation::node;
+  options.reentrant_threads = 1;
   auto [place, thread] = next_thread(0, group.get());
   if (group != nullptr && group != node->default_callback_group()) {
     options.name += "/" + group->name();
   }
   thread.name = options.name;
-  options.threads = {thread};
+  options.threads = threads_for(group.get(), std::move(thread), options_);
   std::vector<ThreadAttributes> threads = options.threads;
-  for (const auto& other : children_) threads.push_back(other->attributes);
+  for (const auto& other : children_)
+    threads.insert(threads.end(), other->executor.thread_count(), other->attributes);
   if (!has_virtual_cpus(*options.clock)) check_spin(options, threads);
   const auto child = std::make_shared<Child>(*this, options, node, group, place);
   child->executor.release_timers(releases_timers_);
@@ -385,12 +418,14 @@ std::vector<ThreadStatistics> IsolatedExecutor::thread_statistics() const {
   return past_threads_.with(std::move(result));
 }
 
-// While it spins: one for each child, and the caller's, which waits.
+// While it spins: those of the children, and the caller's, which waits.
 std::size_t IsolatedExecutor::thread_count() const {
+  std::size_t count = 1;
   const std::lock_guard lock(mutex_);
-  const auto running = std::count_if(children_.begin(), children_.end(),
-                                     [](const auto& child) { return child->runs.load(); });
-  return static_cast<std::size_t>(running) + 1;
+  for (const auto& child : children_) {
+    if (child->runs.load()) count += child->executor.thread_count();
+  }
+  return count;
 }
 
 std::vector<int> IsolatedExecutor::running_threads() const {

@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
+#include <utility>
 
 #include <sys/eventfd.h>
 
@@ -252,6 +254,103 @@ TEST(IsolatedExecutor, SpinsAgainAfterAHandlerThatCannotBeCopied) {
   } catch (const std::runtime_error&) {
   }
   executor->spin_some();
+}
+
+// ---- Reentrant groups ----
+
+class ReentrantGroups : public testing::Test {
+ protected:
+  ReentrantGroups() {
+    const auto several = node_->create_callback_group("several", CallbackGroupType::Reentrant);
+    const auto one = node_->create_callback_group("one", CallbackGroupType::MutuallyExclusive);
+    for (const char* name : {"a", "b", "c"}) add_timer(name, several);
+    for (const char* name : {"d", "e"}) add_timer(name, one);
+  }
+  void add_timer(const std::string& name, const std::shared_ptr<CallbackGroup>& group) {
+    timers_.push_back(node_->create_timer(
+        name, 1s,
+        [this, name] {
+          const auto start = clock_.now().time_since_epoch();
+          clock_.work(4ms);
+          const std::lock_guard lock(mutex_);
+          starts_.emplace_back(name, start);
+        },
+        group));
+    timers_.back()->release_at(clock_.now() + 1ms);
+  }
+  /// `threads`: of the child of the reentrant group.
+  std::unique_ptr<Executor> spin(std::size_t threads) {
+    auto executor = executors().make(
+        "isolated", {.per = Isolation::group, .reentrant_threads = threads, .clock = &clock_});
+    executor->add_node(node_);
+    const ManualSpin spin(*executor, clock_, threads + 2);  // the caller's, and that of `one`
+    EXPECT_EQ(executor->thread_count(), threads + 2);
+    clock_.advance(50ms);
+    return executor;
+  }
+
+  ManualClock clock_;
+  const std::shared_ptr<Node> node_ = std::make_shared<Node>("node", NodeOptions{.clock = &clock_});
+  std::vector<Timer::SharedPtr> timers_;
+  std::mutex mutex_;
+  std::vector<std::pair<std::string, Nanoseconds>> starts_;
+};
+
+TEST_F(ReentrantGroups, HaveAsManyThreadsAsTheOptionsSay) {
+  const auto executor = spin(2);
+  EXPECT_THAT(starts_,
+              UnorderedElementsAre(std::pair("a", 1ms), std::pair("b", 1ms), std::pair("c", 5ms),
+                                   std::pair("d", 1ms), std::pair("e", 5ms)));
+  std::vector<std::string> names;
+  for (const auto& thread : executor->thread_statistics()) names.push_back(thread.asked.name);
+  EXPECT_THAT(names, ElementsAre("node/several", "node/several-1", "node/one"));
+}
+
+TEST_F(ReentrantGroups, HaveOneThreadUnlessTheOptionsSayMore) {
+  spin(1);
+  EXPECT_THAT(starts_,
+              UnorderedElementsAre(std::pair("a", 1ms), std::pair("b", 5ms), std::pair("c", 9ms),
+                                   std::pair("d", 1ms), std::pair("e", 5ms)));
+}
+
+TEST_F(ReentrantGroups, TheirThreadsAreAsTheGroupSays) {
+  node_->set_callback_parameters({.callback_groups = {{"several", {.priority = 70}}}});
+  const auto executor =
+      executors().make("isolated", {.threads = {{.policy = ThreadPolicy::fifo, .priority = 50}},
+                                    .per = Isolation::group,
+                                    .reentrant_threads = 3,
+                                    .realtime = Realtime::off,
+                                    .clock = &clock_});
+  executor->add_node(node_);
+  { const ManualSpin spin(*executor, clock_, 5); }
+  std::vector<int> priorities;
+  for (const auto& thread : executor->thread_statistics()) {
+    priorities.push_back(thread.asked.priority);
+  }
+  EXPECT_THAT(priorities, ElementsAre(70, 70, 70, 50));
+}
+
+TEST(IsolatedExecutor, SaysWhatReentrantThreadsNeed) {
+  const auto error = [](const std::string& type, const ExecutorOptions& options) -> std::string {
+    try {
+      executors().make(type, options);
+    } catch (const Error& refused) {
+      return refused.what();
+    }
+    return "";
+  };
+  using ::testing::HasSubstr;
+  EXPECT_EQ(error("isolated", {.per = Isolation::group, .reentrant_threads = 64}), "");
+  EXPECT_THAT(error("isolated", {.per = Isolation::group, .reentrant_threads = 0}),
+              HasSubstr("give `reentrant_threads` 1 to 64"));
+  EXPECT_THAT(error("isolated", {.per = Isolation::group, .reentrant_threads = 65}),
+              HasSubstr("give `reentrant_threads` 1 to 64"));
+  EXPECT_THAT(error("isolated", {.reentrant_threads = 2}),
+              HasSubstr("leave out `reentrant_threads`, or write `per: group`"));
+  EXPECT_THAT(
+      error("isolated", {.wait = "io_uring", .per = Isolation::group, .reentrant_threads = 2}),
+      HasSubstr("'io_uring' serves one waiting thread"));
+  EXPECT_THAT(error("events", {.reentrant_threads = 2}), HasSubstr("or choose 'isolated'"));
 }
 
 }  // namespace

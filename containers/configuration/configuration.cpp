@@ -20,6 +20,7 @@ ExecutorOptions options_of(const ExecutorDescription& executor) {
           .scheduler = executor.scheduler,
           .wait = executor.wait,
           .per = executor.per,
+          .reentrant_threads = static_cast<std::size_t>(executor.reentrant_threads),
           .trigger = executor.trigger,
           .own = executor.own,
           .order = executor.order,

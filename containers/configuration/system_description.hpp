@@ -51,6 +51,7 @@ struct ExecutorDescription {
   std::string wait = "auto";           // or a wait back end
   Nanoseconds spin{0}, early_wake{0};  // see ExecutorOptions
   Isolation per = Isolation::node;
+  int reentrant_threads = 1;
   TriggerOptions trigger;
   OwnValues own;  // of the keys that its type brings
   std::vector<std::string> order;

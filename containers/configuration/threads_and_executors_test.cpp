@@ -200,6 +200,21 @@ TEST_F(ThreadsAndExecutors, ReadsHowAnExecutorWaits) {
             "'epoll', or an executor of one thread\n");
 }
 
+TEST_F(ThreadsAndExecutors, ReadsHowManyThreadsAReentrantGroupHas) {
+  const SystemDescription system = read(
+      "executors:\n  a: {type: isolated, per: group, reentrant_threads: 4}\n"
+      "container: {components: [{component: takt::Workload}]}\n");
+  EXPECT_EQ(system.executors[0].reentrant_threads, 4);
+  EXPECT_EQ(errors_of("executors:\n  a: {type: isolated, reentrant_threads: 4}\n"),
+            "robot.yaml:2: executor 'a' has a thread for each node, whatever its groups; leave out "
+            "`reentrant_threads`, or write `per: group`\n");
+  EXPECT_EQ(errors_of("executors:\n  a: {type: events, reentrant_threads: 4}\n"),
+            "robot.yaml:2: executor 'a' is of a type that does not isolate; leave out `per` and "
+            "`reentrant_threads`, or choose 'isolated'\n");
+  EXPECT_THAT(errors_of("executors:\n  a: {type: isolated, per: group, reentrant_threads: 0}\n"),
+              StartsWith("robot.yaml:2: 'reentrant_threads' "));
+}
+
 TEST_F(ThreadsAndExecutors, RefusesUnknownThreads) {
   EXPECT_EQ(
       errors_of("threads: {control: {}, bulk: {}}\nexecutors:\n  fast: {threads: [contrl]}\n"),

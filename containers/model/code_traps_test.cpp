@@ -164,6 +164,45 @@ container:
               HasSubstr("'/p/work' is a coroutine"));
 }
 
+/// Two timers in a reentrant group.
+class CodeSeveral : public Node {
+ public:
+  explicit CodeSeveral(const NodeOptions& options) : Node("several", options) {
+    const auto group = create_callback_group("several", CallbackGroupType::Reentrant);
+    for (const char* name : {"a", "b"})
+      timers_.push_back(create_timer(
+          name, 10ms, [] {}, group));
+  }
+
+ private:
+  std::vector<Timer::SharedPtr> timers_;
+};
+
+TEST(Keys, AReentrantGroupOfIsolatedMayHaveSeveralThreads) {
+  const auto analyzed_with = [](const char* keys, const char* of_chain = "") {
+    return analyzed(fmt::format(R"(
+machine: {{cpus: 2, rt_runtime: 1s}}
+threads: {{any: {{policy: SCHED_FIFO, priority: 50, affinity: [0, 1]}}}}
+executors: {{default: {{type: isolated, per: group, threads: [any]{}}}}}
+chains: [{{name: c, path: [s/a]{}}}]
+container:
+  components:
+    - component: tricky::CodeSeveral
+      name: s
+      executor: default
+      callbacks: {{a: {{execution: 1ms}}, b: {{execution: 1ms}}}}
+)",
+                                keys, of_chain));
+  };
+  const Analyzed one = analyzed_with(""), two = analyzed_with(", reentrant_threads: 2");
+  EXPECT_EQ(one.model.system.executors[0].threads, 1u);
+  EXPECT_EQ(two.model.system.executors[0].threads, 2u);
+  EXPECT_EQ(one.bound().bound, 2ms);
+  EXPECT_EQ(two.bound().bound, 2ms);
+  EXPECT_THAT(analyzed_with(", reentrant_threads: 2", ", concurrency: 1").bound().why_not,
+              HasSubstr("no method knows the `concurrency` of a chain"));
+}
+
 // The group that a component keeps for an executor of its own was analysed as one of the file's.
 TEST(CodeTraps, AGroupMayBelongToNoExecutorOfTheFile) {
   EXPECT_EQ(CodeFile{.kind = "plain"}.analyzed().bound().why_not, "");
@@ -205,4 +244,5 @@ TEST(CodeTraps, TheLeastDelayIsAPromise) {
 
 TAKT_REGISTER_COMPONENT(tricky::CodeSender, "sends")
 TAKT_REGISTER_COMPONENT(tricky::CodeReceiver, "receives")
+TAKT_REGISTER_COMPONENT(tricky::CodeSeveral, "has a reentrant group")
 TAKT_REGISTER_COMPONENT(tricky::CodeInBatches, "works in batches")

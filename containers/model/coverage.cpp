@@ -98,6 +98,7 @@ constexpr CoverageEntry kTable[] = {
     {"an executor", "spin", kUsed, "model_threads: work on its CPU"},
     {"an executor", "early_wake", kUsed, "model_threads: work on its CPU"},
     {"an executor", "per", kUsed, "part_of"},
+    {"an executor", "reentrant_threads", kUsed, "add_threads"},
     {"an executor", "trigger", kUsed, "part_of: there are bounds for `any` only"},
     {"an executor", "let", kUsed, "the method periods"},
     {"an executor", "order", kUsed, "set_order"},

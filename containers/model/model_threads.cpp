@@ -150,6 +150,12 @@ void ModelBuilder::add_threads(const ModelledProcess& process,
         traits.pool ? std::max<std::size_t>(2, std::thread::hardware_concurrency()) : 1;
     own.assign(count, {.name = description.name});
   }
+  const auto set_count = [&](std::size_t count) {
+    analysis::Executor& executor = model_.system.executors[part];
+    executor.threads = count;
+    if (count > 1 && limits_chains(description_) && executor.unknown.empty())
+      executor.unknown = "no method knows the `concurrency` of a chain";
+  };
   if (!traits.isolates) {
     own.resize(std::min(own.size(), traits.max_threads));
     int highest = 0;
@@ -159,11 +165,7 @@ void ModelBuilder::add_threads(const ModelledProcess& process,
       own.resize(1);
     }
     for (const ThreadAttributes& thread : own) threads_.push_back({part, thread, highest});
-    analysis::Executor& executor = model_.system.executors[part];
-    executor.threads = own.size();
-    if (executor.threads > 1 && limits_chains(description_) && executor.unknown.empty())
-      executor.unknown = "no method knows the `concurrency` of a chain";
-    return;
+    return set_count(own.size());
   }
   // The executor knows it: nodes without callbacks have threads, too, and others have gone.
   const auto& [place, attributes] = callback.thread.value();
@@ -174,7 +176,11 @@ void ModelBuilder::add_threads(const ModelledProcess& process,
     thread.deadline = attributes.deadline;
     thread.period = attributes.period;
   }
-  threads_.push_back({part, std::move(thread)});
+  const bool is_shared = description.per == Isolation::group &&
+                         callback.entity->group()->type() == CallbackGroupType::Reentrant;
+  const auto count = static_cast<std::size_t>(is_shared ? description.reentrant_threads : 1);
+  threads_.insert(threads_.end(), count, {part, thread});
+  set_count(count);
 }
 
 void ModelBuilder::place_threads() {

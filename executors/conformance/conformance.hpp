@@ -17,6 +17,7 @@
 #include "takt/base/manual_clock.hpp"
 #include "takt/base/realtime_scope.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/executors/wait_backends/wait_backend.hpp"
 #include "takt/testing/eventually.hpp"
 
 namespace takt::conformance {
@@ -37,12 +38,15 @@ inline int stress_rounds() {
 }
 
 /// What the parameter of a test stands for: a registered executor, or a variant of one, whose name
-/// ends so: one that isolates, with a thread for each group; one that has several workers only
-/// where the options say so, and does not tell them apart, with two and with four.
+/// ends so: one that isolates, with a thread for each group, a reentrant one two; one that has
+/// several workers only where the options say so, and does not tell them apart, with two and with
+/// four.
 class ExecutorKind {
  public:
   static constexpr std::string_view kPerGroup = "_per_group", kTwo = "_two_workers",
                                     kFour = "_four_workers";
+
+  static constexpr std::size_t kReentrantThreads = 2;
 
   explicit ExecutorKind(const std::string& name) : type(name) {
     for (const std::string_view ending : {kPerGroup, kTwo, kFour}) {
@@ -56,7 +60,12 @@ class ExecutorKind {
 
   std::size_t workers() const { return asked_workers_ != 0 ? asked_workers_ : traits.pool ? 2 : 1; }
   std::unique_ptr<Executor> make(ExecutorOptions options) const {
-    if (is_per_group) options.per = Isolation::group;
+    if (is_per_group) {
+      options.per = Isolation::group;
+      const bool is_limited = options.wait != kAutoWait &&
+                              wait_backends().traits(options.wait).max_workers < kReentrantThreads;
+      if (!is_limited) options.reentrant_threads = kReentrantThreads;
+    }
     if (options.threads.empty()) options.threads.resize(asked_workers_);
     return executors().make(type, options);
   }
@@ -101,8 +110,16 @@ class Conformance : public ::testing::TestWithParam<std::tuple<std::string, std:
   bool is_pool() const { return workers() > 1; }
   /// Of an executor that is made without saying how many. One that isolates: of each of its own.
   std::size_t workers() const { return kind_.workers(); }
-  /// Threads that a manual clock waits for, where all nodes of a test have one group.
-  std::size_t participants() const { return is_isolated() ? 2 : workers(); }
+  /// The same for a reentrant group.
+  std::size_t reentrant_workers() const {
+    return is_per_group() ? ExecutorKind::kReentrantThreads : workers();
+  }
+  /// Threads that a manual clock waits for, where all nodes of a test have one group, of this type.
+  std::size_t participants(CallbackGroupType type = CallbackGroupType::MutuallyExclusive) const {
+    const bool is_reentrant = type == CallbackGroupType::Reentrant;
+    const std::size_t of_group = is_reentrant ? reentrant_workers() : workers();
+    return is_isolated() ? of_group + 1 : of_group;
+  }
   /// How many a test may ask for that lets them run at the same time.
   std::size_t most_workers() const { return traits_.workers != nullptr ? 1 : traits_.max_threads; }
   bool is_event_driven() const { return traits_.readiness == Readiness::events; }

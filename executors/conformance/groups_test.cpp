@@ -66,12 +66,12 @@ TEST_P(ConformanceGroups, AReentrantGroupRunsInParallelWhereThereAreThreads) {
       group);
   const auto publisher = node->create_publisher<Number>("topic", 5);
   executor->add_node(node);
-  const ManualSpin spin(*executor, clock, participants());
+  const ManualSpin spin(*executor, clock, participants(CallbackGroupType::Reentrant));
   clock.settle();
   publisher->publish(Number{1});
   publisher->publish(Number{2});
   clock.advance(10ms);
-  if (is_pool()) {  // both messages of the one subscription at the same time
+  if (reentrant_workers() > 1) {  // both messages of the one subscription at the same time
     EXPECT_THAT(trace, ElementsAre("start 1", "start 2", "end 1", "end 2"));
   } else {
     EXPECT_THAT(trace, ElementsAre("start 1", "end 1", "start 2", "end 2"));

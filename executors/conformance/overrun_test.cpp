@@ -135,7 +135,7 @@ TEST_P(ConformanceOverrun, AHandlerOnTheWatchdogMayMakeAnExecutorForIt) {
 
 // The deadline of the second execution took the place of the first one's.
 TEST_P(ConformanceOverrun, AWatchdogReportsEveryExecutionOfAReentrantGroup) {
-  if (!is_pool()) GTEST_SKIP() << "one worker: one execution at a time";
+  if (reentrant_workers() == 1) GTEST_SKIP() << "one worker: one execution at a time";
   const auto watchdog =
       std::make_shared<Watchdog>(ThreadAttributes{.name = "watchdog"}, Realtime::off, clock_);
   const auto group = node_->create_callback_group("group", CallbackGroupType::Reentrant);
@@ -148,7 +148,7 @@ TEST_P(ConformanceOverrun, AWatchdogReportsEveryExecutionOfAReentrantGroup) {
   auto executor = make_with(watchdog);
   executor->add_node(node_);
   {
-    const ManualSpin spin(*executor, clock_, participants() + 1);
+    const ManualSpin spin(*executor, clock_, participants(CallbackGroupType::Reentrant) + 1);
     clock_.advance(1ms);
     publisher->publish(Number{1});
     clock_.advance(3ms);

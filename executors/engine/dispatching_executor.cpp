@@ -56,9 +56,9 @@ std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
 }
 
 std::unique_ptr<Rule> rule_for(const ExecutorOptions& options, const ExecutorTraits& traits) {
-  if (options.per != Isolation::node) {
+  if (options.per != Isolation::node || options.reentrant_threads != 1) {
     throw Error(fmt::format("executor '{}' is of a type that does not isolate", options.name),
-                "leave out `per`, or choose 'isolated'");
+                "leave out `per` and `reentrant_threads`, or choose 'isolated'");
   }
   const TriggerOptions& trigger = options.trigger;
   if (!traits.triggered && (trigger.own || trigger.kind != TriggerOptions::Kind::any ||

@@ -25,7 +25,10 @@ void World::renew_other() {
   ExecutorOptions options;
   const std::string& type = executor_names[next() % executor_names.size()];
   options.scheduler = scheduler_names[next() % scheduler_names.size()];
-  if (executors().traits(type).isolates && next() % 2 == 1) options.per = Isolation::group;
+  if (executors().traits(type).isolates && next() % 2 == 1) {
+    options.per = Isolation::group;
+    options.reentrant_threads = 2;
+  }
   options.clock = &clock_;
   other_.reset();
   for (const PartPtr& part : parts_) {

@@ -63,7 +63,10 @@ World::World(std::span<const std::uint8_t> bytes, Api& api, std::vector<std::wea
   options.scheduler = scheduler_names[next() % scheduler_names.size()];
   const std::string& type = executor_names[next() % executor_names.size()];
   options.statistics = static_cast<StatisticsLevel>(next() % 3);
-  if (executors().traits(type).isolates && next() % 2 == 1) options.per = Isolation::group;
+  if (executors().traits(type).isolates && next() % 2 == 1) {
+    options.per = Isolation::group;
+    options.reentrant_threads = 2;
+  }
   options.clock = &clock_;
   executor_ = api_.make_executor(type, options);
   witness.complaint = nullptr;

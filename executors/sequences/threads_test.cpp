@@ -66,6 +66,7 @@ TEST_P(FourThreads, MayCallWhateverOneMay) {
   {
     Common common;
     ExecutorOptions options{.per = GetParam().per};
+    if (options.per == Isolation::group) options.reentrant_threads = 2;
     if (traits_.takes_band) {
       options.threads = band_of(3);
     } else {

@@ -68,6 +68,11 @@ void find_type(const ExecutorDescription& executor) {
   load_executor(executor.type, executor.library);
 }
 
+void check_let_period(Nanoseconds period) {
+  if (period != Nanoseconds::zero()) return;
+  throw Error("a period of 0 cannot be kept", "remove it, or write a longer time");
+}
+
 // Only the executor type and the wait back end know how many threads they support. Constructing an
 // executor starts no thread; but the constructor of one from a library may throw anything.
 void try_to_make(const std::string& type, const ExecutorOptions& options) {
@@ -172,15 +177,15 @@ std::vector<SystemReader::Field> ConfigurationReader::executor_fields(ExecutorDe
        "thread. With `group`, the thread takes over parameters of the callback group: the "
        "priority with SCHED_FIFO or SCHED_RR; budget, deadline and period with SCHED_DEADLINE.",
        into(executor.per, {{"node", Isolation::node}, {"group", Isolation::group}})},
+      {"reentrant_threads",
+       "For `isolated` with `per: group`: how many threads each reentrant callback group gets. All "
+       "of them are as its first one.",
+       noting(is_sound, into(executor.reentrant_threads, 1, kMostReentrantThreads))},
       {"trigger", "For `triggered`: the condition for serving ready callbacks.",
        noting(is_sound, into_trigger(executor.trigger))},
       {"let", "For `triggered`: the period of the logical execution time (LET). Not 0.",
        into_duration(executor.trigger.let_period,
-                     [&] {
-                       if (executor.trigger.let_period != Nanoseconds::zero()) return;
-                       throw Error("a period of 0 cannot be kept",
-                                   "remove it, or write a longer time");
-                     })},
+                     [&] { check_let_period(executor.trigger.let_period); })},
       {"order",
        "Callbacks, as `node/callback`, that precede all others in the order of registration. For "
        "the scheduler `listed`, and for `ros` among callbacks of the same kind.",

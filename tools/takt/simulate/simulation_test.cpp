@@ -291,6 +291,68 @@ TEST(Simulation, ABatchIsAllThatDelaysOthers) {
   EXPECT_EQ(one.chains.front().statistics.latency.max(), 4ms);
 }
 
+// ---- Groups with threads ----
+
+/// Three timers of 4 ms in a reentrant group, and one of 1 ms in a group of its own.
+class Grouped : public Node {
+ public:
+  explicit Grouped(const NodeOptions& options) : Node("grouped", options) {
+    const auto several = create_callback_group("several", CallbackGroupType::Reentrant);
+    const auto control = create_callback_group("control", CallbackGroupType::MutuallyExclusive);
+    for (const char* name : {"a", "b", "c"}) {
+      timers_.push_back(create_timer(
+          name, 20ms, [] {}, several));
+    }
+    timers_.push_back(create_timer(
+        "control", 20ms, [] {}, control));
+  }
+
+ private:
+  std::vector<Timer::SharedPtr> timers_;
+};
+
+/// From release to start, in ms, of a, b, c and control.
+std::vector<std::int64_t> waits(const std::string& executors, const std::string& groups = {}) {
+  const ProcessResult result = simulated(fmt::format(R"(
+machine: {{cpus: 3}}
+threads:
+  any: {{policy: SCHED_FIFO, priority: 50}}
+  own: {{policy: SCHED_FIFO, priority: 80}}
+executors: {{{}}}
+container:
+  components:
+    - component: takt::tools::Grouped
+      name: grouped
+      executor: pool
+      callback_groups: {{{}}}
+      callbacks: {{a: {{execution: 4ms}}, b: {{execution: 4ms}}, c: {{execution: 4ms}}, control: {{execution: 1ms}}}}
+)",
+                                                     executors, groups));
+  std::vector<std::int64_t> found;
+  for (const char* name : {"a", "b", "c", "control"}) {
+    found.push_back(of(result, name).latency.max() / 1ms);
+  }
+  return found;
+}
+
+TEST(Simulation, ReentrantGroupsOfIsolatedHaveThreads) {
+  using ::testing::ElementsAre;
+  const std::string isolated = "pool: {type: isolated, per: group, threads: [any]";
+  EXPECT_THAT(waits(isolated + "}"), ElementsAre(0, 4, 8, 0));
+  EXPECT_THAT(waits(isolated + ", reentrant_threads: 2}"), ElementsAre(0, 0, 4, 0));
+  EXPECT_THAT(waits(isolated + ", reentrant_threads: 3}", "control: {priority: 80}"),
+              ElementsAre(0, 0, 0, 0));
+}
+
+// A pool, and a thread of its own for a group that the file names (rclcpp's draft 3247).
+TEST(Simulation, AGroupHasAThreadBesideAPool) {
+  using ::testing::ElementsAre;
+  const std::string pool = "pool: {type: events, threads: [any, any]}";
+  EXPECT_THAT(waits(pool), ElementsAre(0, 0, 4, 4));
+  EXPECT_THAT(waits(pool + ", own: {type: events, threads: [own]}", "control: {executor: own}"),
+              ElementsAre(0, 0, 4, 0));
+}
+
 TEST(Simulation, WhatCannotBeSimulatedIsRefusedByName) {
   const auto error = [](const std::string& text) -> std::string {
     try {
@@ -324,5 +386,6 @@ TEST(Simulation, WhatCannotBeSimulatedIsRefusedByName) {
 }  // namespace takt::tools
 
 TAKT_REGISTER_COMPONENT(takt::tools::Mute, "does nothing")
+TAKT_REGISTER_COMPONENT(takt::tools::Grouped, "has groups of both kinds")
 TAKT_REGISTER_COMPONENT(takt::tools::InBatches, "plans in batches")
 TAKT_REGISTER_COMPONENT(takt::tools::InKnownBatches, "plans in batches of known length")
