@@ -14,7 +14,7 @@
 namespace takt {
 namespace {
 
-// Makes the executor one of the overriding type. Returns what that cannot use of it.
+// Makes the executor one of the overriding type. Returns how it is not as the file has it.
 std::string override(ExecutorDescription& executor, const ContainerOverrides& overrides) {
   if (!overrides.scheduler.empty()) executor.scheduler = overrides.scheduler;
   if (overrides.executor.empty()) return "";
@@ -41,7 +41,7 @@ std::string override(ExecutorDescription& executor, const ContainerOverrides& ov
   if (!traits.isolates && std::exchange(executor.reentrant_threads, 1) != 1) {
     unused.emplace_back("`reentrant_threads`");
   }
-  return fmt::format("{}", fmt::join(unused, ", "));
+  return unused.empty() ? "" : fmt::format("which cannot use of it: {}", fmt::join(unused, ", "));
 }
 
 // A band from the most urgent of these threads on, where another type takes the place of the
@@ -76,7 +76,7 @@ std::vector<ThreadDescription> band_from(const std::vector<ThreadAttributes>& th
   return band;
 }
 
-// Gives it a band in place of its threads. Returns what it does not use of them.
+// Gives it a band in place of its threads. Returns how that differs.
 std::string take_band(ExecutorDescription& executor, SystemDescription& file) {
   std::vector<ThreadAttributes> own;
   for (const std::string& name : executor.threads) {
@@ -85,12 +85,12 @@ std::string take_band(ExecutorDescription& executor, SystemDescription& file) {
   }
   const std::vector<ThreadDescription> band = band_from(own, file.threads);
   executor.threads.clear();
-  if (band.empty()) return "its threads: without a priority nothing interrupts";
+  if (band.empty()) return "where nothing interrupts: its threads have no priority";
   for (const ThreadDescription& level : band) {
     file.threads.push_back(level);
     executor.threads.push_back(level.attributes.name);
   }
-  return fmt::format("its threads, but a band from '{}' to '{}'", executor.threads.front(),
+  return fmt::format("on the band '{}' to '{}' instead of its threads", executor.threads.front(),
                      executor.threads.back());
 }
 
@@ -98,7 +98,7 @@ std::string take_band(ExecutorDescription& executor, SystemDescription& file) {
 
 void Container::make_executor(const ExecutorDescription& executor) {
   ExecutorDescription made = executor;
-  std::string unused = override(made, overrides_);
+  std::string differs = override(made, overrides_);
   ExecutorOptions options = options_of(made);
   options.scheduler_own = own_values_of(scheduler_of(made), description_);
   options.realtime = description_.realtime;
@@ -110,13 +110,13 @@ void Container::make_executor(const ExecutorDescription& executor) {
   options.execution_model = overrides_.execution_model;
   options.limits_chains = limits_chains(description_);
   const ExecutorTraits traits = executors().traits(made.type);
-  if (!overrides_.executor.empty() && traits.takes_band) unused = take_band(made, description_);
+  if (!overrides_.executor.empty() && traits.takes_band) differs = take_band(made, description_);
   for (const std::string& name : made.threads) {
     if (options.threads.size() < traits.max_threads) options.threads.push_back(thread(name));
   }
   RunningExecutor& running = executors_->add(made.name, executors().make(made.type, options));
   running.description = std::move(made);
-  running.unused = std::move(unused);
+  running.differs = std::move(differs);
 }
 
 // Whether a component or a group needs the executor `default`, and the file does not describe it.
@@ -197,9 +197,9 @@ void Container::FirstCallbacks::begin(const Loaded& loaded, const CallbackGroup&
 }
 
 void Container::FirstCallbacks::begin(RunningExecutor& running) {
-  if (!container_.executors_->spin(running) || running.unused.empty()) return;
-  container_.note(fmt::format("executor '{}' is '{}' here, which cannot use of it: {}",
-                              running.name, running.description.type, running.unused));
+  if (!container_.executors_->spin(running) || running.differs.empty()) return;
+  container_.note(fmt::format("executor '{}' is '{}' here, {}", running.name,
+                              running.description.type, running.differs));
 }
 
 void Container::FirstCallbacks::entity_added(Node& node, const std::shared_ptr<Entity>& entity) {

@@ -21,7 +21,7 @@ struct RunningExecutor {
   std::string name;
   ExecutorDescription description;  // what it was made from, with the overrides
   std::unique_ptr<Executor> executor;
-  std::string unused;   // what its overriding type cannot use of the file's
+  std::string differs;  // how it is not as the file has it, with an overriding type
   bool is_own = false;  // serves the container itself: requests or lifecycle
   std::thread thread;
   std::atomic<bool> has_begun{false}, has_ended{false};

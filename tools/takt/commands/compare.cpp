@@ -12,11 +12,9 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
-#include "takt/base/histogram.hpp"
 #include "takt/base/time.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 #include "takt/measuring/output.hpp"
-#include "takt/measuring/rounds.hpp"
 #include "takt/measuring/run.hpp"
 
 #include "commands.hpp"
@@ -25,12 +23,12 @@
 #include "prompt/values.hpp"
 #include "report.hpp"
 #include "run/comparison.hpp"
+#include "run/comparison_tables.hpp"
 #include "run/live_line.hpp"
 #include "run/result_files.hpp"
 #include "run/result_json.hpp"
 #include "run/run_again.hpp"
 #include "run/verdicts.hpp"
-#include "table.hpp"
 
 namespace takt::tools::compare_command {
 namespace {
@@ -38,9 +36,10 @@ namespace {
 struct Options {
   std::vector<std::string> files;
   std::string executors = "all", placement = "file", schedulers, compositions = "file",
-              duration = "5s", against, save, report;
+              duration = "5s", against, save, report, model;
   ResultFiles results;
   int repeat = 1;
+  bool simulates = false;
 };
 
 /// The word for the executor or scheduler given in the file.
@@ -58,168 +57,12 @@ std::vector<std::string> selection(const std::string& text, const AnyRegistry& r
   return names;
 }
 
-/// The cells that identify a row.
-class Names {
- public:
-  explicit Names(std::span<const Comparison> rows)
-      : has_schedulers_(std::any_of(rows.begin(), rows.end(),
-                                    [](const auto& row) { return !row.scheduler.empty(); })),
-        has_compositions_(std::any_of(rows.begin(), rows.end(),
-                                      [](const auto& row) { return row.composition != "file"; })) {}
-
-  std::vector<std::string> header(const std::vector<std::string>& rest) const {
-    return cells("executor", "scheduler", "composition", rest);
-  }
-  std::vector<std::string> row(const Comparison& row, const std::vector<std::string>& rest) const {
-    return cells(row.executor, row.scheduler, row.composition, rest);
-  }
-
- private:
-  std::vector<std::string> cells(const std::string& executor, const std::string& scheduler,
-                                 const std::string& composition,
-                                 const std::vector<std::string>& rest) const {
-    std::vector<std::string> cells{executor};
-    if (has_schedulers_) cells.push_back(scheduler);
-    if (has_compositions_) cells.push_back(composition);
-    cells.insert(cells.end(), rest.begin(), rest.end());
-    return cells;
-  }
-  const bool has_schedulers_, has_compositions_;
-};
-
-std::string other_names(const Comparison& row) {
-  std::string text;
-  if (row.placement != kFile) text += " " + row.placement;
-  if (!row.scheduler.empty()) text += " " + row.scheduler;
-  if (row.composition != kFile) text += " " + row.composition;
-  return text;
-}
-
-/// Of a histogram with a full bucket, percentiles are marked.
-std::string percentile(const Histogram& latency, double fraction) {
-  if (latency.count() == 0) return "-";
-  return microseconds(latency.percentile(fraction)) + (latency.is_saturated() ? "~" : "");
-}
-
-std::vector<std::string> percentiles(const Histogram& latency) {
-  std::vector<std::string> cells;
-  for (const double fraction : {0.5, 0.9, 0.99, 0.999, 1.0}) {
-    cells.push_back(percentile(latency, fraction));
-  }
-  return cells;
-}
-
-/// Counts of runs of different lengths can only be compared by the second.
-std::string per_second(std::uint64_t count, const Comparison& row) {
-  return row.seconds == 0 ? "-" : fmt::format("{:.1f}", static_cast<double>(count) / row.seconds);
-}
-
-std::vector<std::string> cells_of(const Comparison& row) {
-  std::vector<std::string> cells{
-      row.setup.threads_text(), fmt::format("{:.2f}{}", row.seconds, row.is_long ? "!" : ""),
-      std::to_string(row.totals.messages.received), per_second(row.totals.messages.received, row)};
-  for (const std::optional<std::uint64_t> count :
-       {std::optional(row.totals.lost), std::optional(row.totals.messages.dropped),
-        std::optional(row.totals.overruns), row.totals.messages.late, row.totals.messages.too_late,
-        std::optional(row.totals.messages.deadline_misses)}) {
-    cells.push_back(count ? std::to_string(*count) : "-");
-  }
-  for (std::string& cell : percentiles(row.totals.latency)) cells.push_back(std::move(cell));
-  cells.push_back(percentile(row.totals.timer_latency, 0.99));
-  cells.push_back(fmt::format("{:.2f}", rt::median(row.cpu_percent)));
-  cells.push_back(fmt::format("{:.0f}", rt::median(row.wakeups_per_s)));
-  cells.push_back(fmt::format("{:.1f}", rt::median(row.pss_mb)));
-  return cells;
-}
-
-/// An executor that skips releases looks good otherwise: what never ran was never late.
-std::string served_text(std::span<const Comparison> rows) {
-  std::string text;
-  for (const Comparison& row : rows) {
-    if (row.releases.due == 0) continue;
-    // Rounded down: 100 % are all.
-    const std::uint64_t tenths = row.releases.served * 1000 / row.releases.due;
-    text += fmt::format("{}{}{} {}.{} % ({} of {})", text.empty() ? "" : ", ", row.executor,
-                        other_names(row), tenths / 10, tenths % 10, row.releases.served,
-                        row.releases.due);
-  }
-  return text.empty() ? "" : fmt::format("releases of timers that were served: {}\n", text);
-}
-
-/// What else than its word a row differs in.
-void print_differences(std::span<const Comparison> rows) {
-  std::vector<std::pair<std::string, Setup>> setups;
-  for (const Comparison& row : rows)
-    setups.emplace_back(row.executor + other_names(row), row.setup);
-  for (const std::string& line : differences(setups)) rt::print("rows differ in {}\n", line);
-}
-
-/// Rows of one file.
-void print(std::span<const Comparison> rows, const std::string& runs) {
-  const std::string title = with_program(rows.front().file);
-  const Names names(rows);
-  Table table(names.header({"threads", "seconds", "received", "received/s", "lost", "dropped",
-                            "overruns", "late", "too_late", "misses", "p50", "p90", "p99", "p99.9",
-                            "max", "timer_p99", "cpu_%", "wakeups/s", "pss_MB"}));
-  // Sort by chain, so that compared rows are next to each other.
-  std::map<std::string, std::vector<std::vector<std::string>>> by_chain;
-  for (const Comparison& row : rows) {
-    table.add(names.row(row, cells_of(row)));
-    for (const auto& [name, chain] : row.totals.chains) {
-      std::vector<std::string> cells{name,
-                                     fmt::format("{:.2f}", row.seconds),
-                                     std::to_string(chain.instances),
-                                     per_second(chain.instances, row),
-                                     std::to_string(chain.misses),
-                                     std::to_string(chain.aborted)};
-      for (std::string& cell : percentiles(chain.latency)) cells.push_back(std::move(cell));
-      by_chain[name].push_back(names.row(row, cells));
-    }
-  }
-  print_differences(rows);
-  table.print(
-      fmt::format("{} ({}; latency of subscriptions in µs, publish → callback)", title, runs));
-  rt::print("{}", served_text(rows));
-  if (std::any_of(rows.begin(), rows.end(), [](const auto& row) { return row.is_long; })) {
-    rt::print("! a run took longer than asked: compare its counts by the second\n");
-  }
-  Table chains(names.header({"chain", "seconds", "instances", "instances/s", "misses", "aborted",
-                             "p50", "p90", "p99", "p99.9", "max"}));
-  for (auto& [name, chain_rows] : by_chain) {
-    for (auto& row : chain_rows) chains.add(std::move(row));
-  }
-  chains.print(fmt::format("{} ({}; chains, release of the first callback → end of the last, µs)",
-                           title, runs));
-}
-
-/// "20 runs each", or after an interruption how many there were: "3 to 4 of 20 runs each".
-std::string runs_text(std::span<const Comparison> rows, int repeats) {
-  const auto [least, most] =
-      std::minmax_element(rows.begin(), rows.end(), [](const auto& row, const auto& other) {
-        return row.cpu_percent.size() < other.cpu_percent.size();
-      });
-  const std::size_t from = least->cpu_percent.size(), to = most->cpu_percent.size();
-  std::string complete;
-  if (from != to) complete = fmt::format("{} to {} of ", from, to);
-  if (from == to && std::cmp_less(to, repeats)) complete = fmt::format("{} of ", to);
-  return fmt::format("{}{} run{} each, interleaved", complete, repeats, repeats == 1 ? "" : "s");
-}
-
-void print(std::span<const Comparison> rows, int repeats) {
-  const std::string runs = runs_text(rows, repeats);
-  while (!rows.empty()) {
-    const auto end = std::find_if(rows.begin(), rows.end(),
-                                  [&](const auto& row) { return row.file != rows.front().file; });
-    const auto count = static_cast<std::size_t>(end - rows.begin());
-    print(rows.first(count), runs);
-    rows = rows.subspan(count);
-  }
-}
-
 std::vector<std::string> words_of(const Comparison& row, const Options& options) {
-  std::vector<std::string> words{"run"};
+  std::vector<std::string> words{options.simulates ? "simulate" : "run"};
   if (!row.file.empty()) words.push_back(row.file);
   words.insert(words.end(), {"--duration", options.duration, "--json", "-", "--histograms"});
+  if (options.simulates) words.insert(words.end(), {"--runs", std::to_string(options.repeat)});
+  if (!options.model.empty()) words.insert(words.end(), {"--model", options.model});
   if (row.composition != kFile) words.insert(words.end(), {"--composition", row.composition});
   if (row.executor != kFile) {
     words.insert(words.end(), {"--executor", row.executor, "--placement", row.placement});
@@ -244,28 +87,49 @@ std::string what_differs(const Comparison& row) {
   return text;
 }
 
-/// Runs all rows in turn for each repeat. Returns the runs, and why some are missing, if so.
+/// Runs all rows in turn for each repeat.
+void run_in_turn(std::vector<Comparison>& rows, const Options& options, const EndSignals& signals,
+                 std::vector<rt::Run>& runs) {
+  const Nanoseconds asked = parse_run_time(options.duration);
+  const std::size_t total = rows.size() * static_cast<std::size_t>(options.repeat);
+  LiveLine line("comparing");
+  for (int repeat = 0; repeat < options.repeat; ++repeat) {
+    for (Comparison& row : rows) {
+      line.step(what_differs(row), runs.size(), total, asked);
+      rt::Run run = run_once(words_of(row, options), signals, !program_words().empty());
+      run.repeat = static_cast<std::uint64_t>(repeat);
+      add_run(row, run, asked);
+      runs.push_back(std::move(run));
+    }
+  }
+}
+
+/// All repeats of a row at once: what runs beside them does not matter.
+void simulate(std::vector<Comparison>& rows, const Options& options, const EndSignals& signals,
+              std::vector<rt::Run>& runs) {
+  LiveLine line("simulating");
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    line.step(what_differs(rows[i]), i, rows.size(), Nanoseconds::zero());
+    const nlohmann::json result = run_again(words_of(rows[i], options), signals, true);
+    for (rt::Run& run : rt::read_runs(result, "")) {
+      add_run(rows[i], run, parse_run_time(options.duration));
+      runs.push_back(std::move(run));
+    }
+  }
+}
+
+/// Returns the runs, and why some are missing, if so.
 std::pair<std::vector<rt::Run>, std::optional<Interrupted>> measure(std::vector<Comparison>& rows,
                                                                     const Options& options) {
   const EndSignals signals;
   std::vector<rt::Run> runs;
-  const std::size_t total = rows.size() * static_cast<std::size_t>(options.repeat);
-  const Nanoseconds asked = parse_run_time(options.duration);
   std::optional<Interrupted> interrupted;
   try {
-    LiveLine line("comparing");
-    for (int repeat = 0; repeat < options.repeat; ++repeat) {
-      for (Comparison& row : rows) {
-        line.step(what_differs(row), runs.size(), total, asked);
-        rt::Run run = run_once(words_of(row, options), signals, !program_words().empty());
-        run.repeat = static_cast<std::uint64_t>(repeat);
-        add_run(row, run, asked);
-        runs.push_back(std::move(run));
-      }
-    }
+    (options.simulates ? simulate : run_in_turn)(rows, options, signals, runs);
   } catch (const Interrupted& interruption) {
     interrupted.emplace(interruption.signal,
-                        fmt::format(" when {} of {} runs were complete", runs.size(), total));
+                        fmt::format(" when {} of {} runs were complete", runs.size(),
+                                    rows.size() * static_cast<std::size_t>(options.repeat)));
   }
   std::erase_if(rows, [](const Comparison& row) { return row.cpu_percent.empty(); });
   return {std::move(runs), interrupted};
@@ -280,6 +144,23 @@ void refuse_twins(const char* option, const std::vector<std::string>& names) {
   }
 }
 
+/// Callbacks that interrupt each other need an order that says which; nobody has named this pair.
+bool is_left_out(const std::string& executor, const std::string& scheduler) {
+  if (scheduler.empty() || executor == kFile || scheduler == kFile) return false;
+  if (!executors().traits(executor).takes_band) return false;
+  ExecutorOptions options{.name = executor, .scheduler = scheduler, .realtime = Realtime::off};
+  for (const int priority : {1, 2})
+    options.threads.push_back(
+        {.policy = ThreadPolicy::fifo, .priority = priority, .affinity = {0}});
+  try {
+    executors().make(executor, options);
+  } catch (const Error& error) {
+    rt::to_stderr("note: left out: {}\n", error.what());
+    return true;
+  }
+  return false;
+}
+
 /// What is asked for, or Error before anything is measured.
 std::vector<Comparison> rows_of(Options& options) {
   for (const std::string& file : options.files) read_system(file);  // may load executors
@@ -288,6 +169,13 @@ std::vector<Comparison> rows_of(Options& options) {
       throw Error("nothing to compare", "give a FILE, or a program after --");
     }
     options.files = {""};  // the program alone
+  }
+  if (options.simulates && (!program_words().empty() || options.compositions != kFile)) {
+    throw Error("--simulate is for files as they are, not for programs or --compositions",
+                "leave one of them out");
+  }
+  if (!options.simulates && !options.model.empty()) {
+    throw Error("--model is for --simulate", "add that, or leave the model out");
   }
   if (!program_words().empty() && options.compositions != kFile) {
     throw Error("--compositions is for containers, not for a program", "leave it out");
@@ -313,6 +201,8 @@ std::vector<Comparison> rows_of(Options& options) {
   for (const std::string& file : options.files) {
     for (const std::string& executor : executor_names) {
       for (const std::string& scheduler : scheduler_names) {
+        const bool is_named = options.executors != "all" && options.schedulers != "all";
+        if (!is_named && is_left_out(executor, scheduler)) continue;
         for (const std::string& composition : composition_names) {
           rows.push_back({.file = file,
                           .executor = executor,
@@ -377,12 +267,13 @@ void compare(Options options) {
   for (const std::string& note : stored_notes(runs, against)) rt::to_stderr("note: {}\n", note);
   note_deviations(runs);
   if (!options.results.use_stdout()) {
-    print(rows, options.repeat);
+    print_comparison(rows, options.repeat, options.simulates);
     if (is_comparison) print_verdicts(compared, against);
   }
   nlohmann::json document = rt::result_document(runs);
   document["bucket_limits_us"] = rt::bucket_limits_us();
   document["ratios"] = ratios_json(compared);
+  if (options.simulates) document["simulated"] = true;
   options.results.write(document, runs, true, compared);
   if (!interrupted && !options.save.empty()) write_json(document, stored_path(options.save));
   const bool has_nodes = program_words().empty();  // a program's are not known here
@@ -418,6 +309,11 @@ void set_up(CLI::App* command) {
                       "file, single, per-node, or a list; all: single,per-node");
   time_text(
       command->add_option("--duration", options->duration, "Duration of each run (default: 5s)"));
+  command->add_flag("--simulate", options->simulates,
+                    "As `takt simulate`, in virtual time and on the CPUs of the file: nothing of "
+                    "this machine counts, and each repeat is another scenario");
+  command->add_option("--model", options->model,
+                      "With --simulate: a file of `takt model`, with measured execution times");
   whole_number(command->add_option("--repeat", options->repeat,
                                    "Runs of each row; six are the least that tell a difference "
                                    "from chance (default: 1)"),

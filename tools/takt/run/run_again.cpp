@@ -119,6 +119,9 @@ nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signa
   const std::string said = end_of(kept);
   if (kept >= 0) close(kept);
   if (signal != 0) throw Interrupted(signal, "");
+  // A simulation says so when a chain has missed its deadline, and writes its result.
+  if (words.front() == "simulate" && WIFEXITED(status) && WEXITSTATUS(status) == kFailed)
+    status = 0;
   if (status != 0) rt::to_stderr("{}", said);
   if (WIFSIGNALED(status)) {  // it may have said nothing
     throw Error(

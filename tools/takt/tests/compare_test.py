@@ -38,6 +38,44 @@ def lines_of(text):
     return list(csv.DictReader(io.StringIO(text)))
 
 
+# ---- In virtual time ----
+pathlib.Path("one.yaml").write_text("""
+machine: {cpus: [0]}
+threads: {one: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
+executors: {control: {type: events, threads: [one]}}
+chains: [{name: brake, deadline: 6ms, path: [bumper/contact_timer, motor/contact]}]
+container:
+  components:
+    - {component: takt::Workload, name: bumper, executor: control, callbacks: {contact_timer: {priority: 2}},
+       parameters: {publishers: {topic: [contact], period_us: [10000], work_us: [1000]}}}
+    - {component: takt::Workload, name: motor, executor: control, callbacks: {contact: {priority: 2}},
+       parameters: {subscriptions: {topic: [contact], work_us: [2000]}}}
+    - {component: takt::Workload, name: camera, executor: control, callbacks: {image_timer: {priority: 1}},
+       parameters: {publishers: {topic: [image], period_us: [33000], work_us: [5000]}}}
+""")
+SIMULATED = ("compare", "one.yaml", "--simulate", "--executors", "events,preemptive", "--schedulers", "fixed_priority",
+             "--duration", "2s", "--repeat", "6")
+shown, _ = run(*SIMULATED)
+check("it says that it is simulated", "6 runs each, simulated;" in shown and "interleaved" not in shown, shown)
+check("without the CPU of a process", re.search(r"^events +fixed_priority .* - +\d+ +-$", shown, re.M), shown)
+first, second = (json.loads(run(*SIMULATED, "--json", "-")[0]) for _ in range(2))
+check("the JSON says so, too", first["simulated"] is True, first.keys())
+check("the same again", first["runs"] == second["runs"])
+longest = {run["executor"]: 0 for run in first["runs"]}
+for one in first["runs"]:
+    longest[one["executor"]] = max(longest[one["executor"]], one["chains"][0]["latency_us"]["max"])
+check("who interrupts is not late", longest["preemptive"] <= 3000 < 7000 <= longest["events"], longest)
+done = subprocess.run([takt, "compare", "one.yaml", "--simulate", "--executors", "preemptive", "--schedulers", "all", "--duration", "1s",
+                       "--json", "-"], env=environment, stdin=subprocess.DEVNULL, text=True, capture_output=True, timeout=300)
+check("with all, a pair that is refused is left out",
+      "note: left out: executor 'preemptive' cannot interrupt by the order of 'ros'" in done.stderr, done.stderr)
+check("and the others are compared", {run["scheduler"] for run in json.loads(done.stdout)["runs"]} >= {"edf", "fixed_priority"}, done.stdout[:500])
+for words in (("--compositions", "single"), ("--", "true")):
+    _, errors = run(*SIMULATED[:3], *words, status=2)
+    check("of files as they are", "--simulate is for files as they are" in errors, errors)
+_, errors = run("compare", "one.yaml", "--model", "m.yaml", status=2)
+check("a model is for simulations", "--model is for --simulate" in errors, errors)
+
 # ---- Six repeats ----
 shown, _ = run(*TWO, "--repeat", "6", "--json", "six.json", "--csv", "six.csv", "--save", "before")
 title = [line for line in shown.split("\n") if "95 % intervals, pairs of runs that took turns" in line]
