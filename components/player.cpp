@@ -49,8 +49,7 @@ Player::Player(const NodeOptions& options)
     ++first_;
   }
   next_ = first_;
-  // A slash: it has no period.
-  timer_ = create_timer("play/next", delay, [this] { play(); });
+  timer_ = create_timer("play", delay, [this] { play(); });
 }
 
 Player::~Player() {
