@@ -36,7 +36,7 @@ struct Execution {
 std::vector<Execution> read_executions(const json& timeline) {
   std::vector<Execution> executions;
   for (const json& event : timeline.at("traceEvents")) {
-    if (event.at("ph") != "X") continue;
+    if (event.at("ph") != "X" || event.at("cat") == "sched") continue;  // else what a CPU ran
     const std::string name = event.at("name");
     const std::size_t slash = name.find('/', 1);
     const json& args = event.at("args");

@@ -62,6 +62,7 @@ class Timeline {
                        {"cat", kind},
                        {"ts", ms * 1e3},
                        {"args", {{"chain_instance", chain}, {"lost", lost}}}});
+    events_.push_back({{"ph", "X"}, {"name", "planning"}, {"cat", "sched"}, {"ts", ms * 1e3}});
   }
 
   json events_ = json::array();
