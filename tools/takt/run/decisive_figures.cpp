@@ -44,7 +44,7 @@ std::vector<Figure> decisive_figures(const rt::Run& run) {
   figures.add_percentile("p99", of.latency, 0.99);
   figures.add_percentile("max", of.latency, 1);
   figures.add_percentile("timer_p99", of.timer_latency, 0.99);
-  if (of.pss_kb != 0) figures.add("cpu_%", of.cpu_percent);  // a simulation has no process
+  if (!run.processes.empty()) figures.add("cpu_%", of.cpu_percent);  // else it is a simulation
   const auto wakeups = static_cast<std::uint64_t>(of.wakeups);
   figures.add_count("wakeups/s", wakeups, wakeups);
   for (const auto& [name, chain] : of.chains) {
