@@ -63,12 +63,12 @@ void find_above(Part& part, const std::vector<Part>& parts) {
     are_bound = are_bound && theirs && theirs->cpus.size() == 1;
     part.above.push_back(&parts[other]);
   }
-  if (part.above.empty() && part.system.overheads.context_switch != 0) {
+  if (part.above.empty()) {
     for (const std::size_t other : part.executor.movers) part.movers.push_back(&parts[other]);
-    if (part.movers.empty()) return;
-    part.supply = Supply([&part](Time window) { return moves_by(part.movers, window); }, false);
+    if (!part.movers.empty() && part.system.overheads.context_switch != 0)
+      part.supply = Supply([&part](Time window) { return moves_by(part.movers, window); }, false);
+    return;
   }
-  if (part.above.empty()) return;
   const std::size_t cpus = part.executor.share->cpus.size();
   if (cpus == 1 && are_bound) {
     part.supply =

@@ -29,11 +29,11 @@ void apply_parameters(const CallbackParameters& parameters, ThreadAttributes& th
 /// A group's parameters, as they are when its child is made, are its thread's: its priority that of
 /// a SCHED_FIFO or SCHED_RR thread, its budget, deadline and period those of a SCHED_DEADLINE
 /// thread. So threads preempt each other as the callbacks' parameters say: fixed priority, or EDF.
-/// A reentrant group has ExecutorOptions::reentrant_threads such threads, which share its
-/// callbacks. Thread safety and real-time: as Executor. Adding a node or a group while it spins
-/// starts a thread. It ends when nothing is left that belongs to it: at once, or, if a callback has
-/// removed that, soon. A node or group that was dropped without having been removed ends its thread
-/// when something else is added.
+/// A reentrant group has ExecutorOptions::reentrant_threads such threads for its callbacks.
+/// Thread safety and real-time: as Executor. Adding a node or a group while it spins starts a
+/// thread. It ends when nothing is left that belongs to it: at once, or, if a callback has removed
+/// that, soon. A node or group that was dropped without having been removed ends its thread when
+/// something else is added.
 class IsolatedExecutor final : public Executor, private NodeListener, private Wakeable {
  public:
   IsolatedExecutor(const ExecutorOptions& options, const ExecutorTraits& traits);

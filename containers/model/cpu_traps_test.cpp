@@ -59,6 +59,14 @@ TEST(CpuTraps, AThreadThatIsMovedPaysForTheSwitches) {
   EXPECT_LE(*found(costs, free, urgent).bound, *found(costs, apart, urgent).bound + 1ms);
   const char* const reserved = "policy: SCHED_DEADLINE, runtime: 2ms, period: 5ms";
   EXPECT_GE(*found(costs, free, reserved).bound, *found(costs, apart, urgent).bound + 600us);
+  // So its bound rests on the numbers of the other one, too.
+  const auto rests_on = [&](const char* machine) {
+    const Analyzed result =
+        analyzed(two_threads(fmt::format("rt_runtime: unlimited, {}", machine), free, urgent));
+    return result.chain().executors.size();
+  };
+  EXPECT_EQ(rests_on(costs), 2u);
+  EXPECT_EQ(rests_on("overheads: {wake: 1us}"), 1u);
   // Linux does not move a thread of SCHED_OTHER at once.
   EXPECT_EQ(found("exclusive: true", "affinity: [1]", urgent).why_not, "");
   EXPECT_THAT(found("exclusive: true", "affinity: [0, 1]", urgent).why_not,

@@ -205,7 +205,10 @@ std::set<std::size_t> AssumptionFinder::executors_of(const std::vector<std::size
   const auto delays = [&](std::size_t other, std::size_t executor) {
     const auto &a = system.executors[other].share, &b = system.executors[executor].share;
     const auto before = analysis::rivals(system, executor);
+    const auto& movers = system.executors[executor].movers;
     return std::find(before.begin(), before.end(), other) != before.end() ||
+           (system.overheads.context_switch != 0 &&
+            std::find(movers.begin(), movers.end(), other) != movers.end()) ||
            (a && b && a->meets(*b) && system.for_realtime);
   };
   for (bool has_changed = true; std::exchange(has_changed, false);) {
