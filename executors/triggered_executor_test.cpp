@@ -71,6 +71,16 @@ TEST_F(Triggered, OneWaitsForThatCallbackAndServesAll) {
   EXPECT_THAT(trace_, ElementsAre("a1", "b2"));
 }
 
+TEST_F(Triggered, WhatWaitedLongerHasNoPrecedenceOverTheUsersOrder) {
+  const auto executor = make({.kind = Kind::one, .one = "/node/b"}, {"node/b", "node/a"});
+  const ManualSpin spin(*executor, clock_, 1);
+  to_a_->publish(Number{1});
+  clock_.settle();
+  to_b_->publish(Number{2});
+  clock_.settle();
+  EXPECT_THAT(trace_, ElementsAre("b2", "a1"));
+}
+
 TEST_F(Triggered, TheUsersOwnFunctionSeesWhoIsReady) {
   const auto executor = make({.own = [](std::span<const TriggerInput> inputs) {
     EXPECT_EQ(inputs.size(), 2u);

@@ -215,7 +215,7 @@ inline void ReadySet::enqueue(CallbackRecord& record, const Arrival& arrival) no
 inline void ReadySet::poll() noexcept {
   if (!inbox_.empty()) drain_inbox();
   if (is_wait_set()) {
-    ++window_;
+    if (selection_.is_open()) ++window_;  // what a closed rule holds becomes one snapshot
     if (in_next_snapshot_ != 0) push_next_snapshot();
   }
   if (timers_.must_look(exact_time() || waiting_ == 0)) release_due_timers();

@@ -57,7 +57,7 @@ bool RuleStep::run_next(Worker& worker, const ReadySet::Limits& limits) noexcept
   }
 }
 
-// While it is closed, each look is a polling point.
+// While it is closed, what each look finds joins the snapshot that waits.
 void RuleStep::look() noexcept {
   const bool is_open = rule_.is_open();
   inputs_.set_was_serving(is_open && ready_.has_unfinished());
