@@ -185,6 +185,12 @@ class Maker {
     return count == 1 ? first : fmt::format("{}_{}", first, count);
   }
 
+  /// As the node names it: the second one of a topic is "TOPIC#2".
+  std::string subscription_name(const std::string& topic) {
+    const int count = ++subscriptions_[topic];
+    return count == 1 ? topic : fmt::format("{}#{}", topic, count);
+  }
+
   /// Of callbacks of one name, the longest.
   void works(const std::string& callback, Nanoseconds amount) {
     Nanoseconds& known = entities_.execution_times[callback];
@@ -198,7 +204,7 @@ class Maker {
   }
 
   AnyNode& node_;
-  std::map<std::string, int> timers_;
+  std::map<std::string, int> timers_, subscriptions_;
   WorkloadEntities entities_;
 };
 
@@ -354,11 +360,13 @@ template <class AnyNode>
 void Maker<AnyNode>::add_relay(const Relaying& relaying) {
   const std::size_t loans = 2 * relaying.qos.depth + 4;
   check_memory(relaying.output, relaying.size_bytes, loans);
+  std::vector<std::string> names;
+  for (const std::string& input : relaying.inputs) names.push_back(subscription_name(input));
   auto publisher = node_.template create_publisher<WorkloadMessage>(
       relaying.output, relaying.qos,
       {.loans = loans,
        .prototype = prototype(std::type_identity<WorkloadMessage>{}, relaying.size_bytes),
-       .published_by = relaying.inputs,
+       .published_by = names,
        .joins = relaying.inputs.size() > 1});
   const auto group = node_.create_callback_group("relay_" + identifier(relaying.output),
                                                  CallbackGroupType::MutuallyExclusive);
@@ -366,8 +374,8 @@ void Maker<AnyNode>::add_relay(const Relaying& relaying) {
   const auto join = std::make_shared<ChainJoin>(relaying.inputs.size());
   const auto tracking_number = std::make_shared<std::uint64_t>(0);
   for (std::size_t i = 0; i < relaying.inputs.size(); ++i) {
-    works(relaying.inputs[i], relaying.work);
-    sends(relaying.inputs[i], relaying.size_bytes);
+    works(names[i], relaying.work);
+    sends(names[i], relaying.size_bytes);
     entities_.all.push_back(node_.template create_subscription<WorkloadMessage>(
         relaying.inputs[i], relaying.qos,
         [=, &clock = node_.clock(), work = relaying.work](const WorkloadMessage&) {
@@ -438,7 +446,8 @@ template <class T>
 void Maker<AnyNode>::add_subscription(const Subscribing& subscribing) {
   // Each message is copied, and only its sender knows how long that takes.
   entities_.allocates |= subscribing.pass_by == "unique_ptr";
-  if (subscribing.pass_by != "unique_ptr") works(subscribing.topic, subscribing.work);
+  const std::string name = subscription_name(subscribing.topic);
+  if (subscribing.pass_by != "unique_ptr") works(name, subscribing.work);
   const auto work = [&clock = node_.clock(), amount = subscribing.work] { use_cpu(clock, amount); };
   if constexpr (std::same_as<T, WorkloadMessage>) {
     if (subscribing.pass_by == "unique_ptr") {

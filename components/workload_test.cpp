@@ -32,5 +32,20 @@ TEST(Workload, HasABoundForItsMessages) {
       ThrowsMessage<Error>(HasSubstr("bytes are more than 1000 MB")));
 }
 
+// Each is called as the node calls it, which names the second one of a topic NAME#2.
+TEST(Workload, KnowsItsSecondCallbackOfATopic) {
+  using Strings = std::vector<std::string>;
+  const Workload workload({.parameters = {{"subscriptions.topic", Strings{"in"}},
+                                          {"relays.input", Strings{"in", "in"}},
+                                          {"relays.output", Strings{"a", "b"}},
+                                          {"relays.work_us", std::vector<std::int64_t>{10, 20}}}});
+  EXPECT_EQ(workload.execution_time("in#2"), std::chrono::microseconds(10));
+  EXPECT_EQ(workload.execution_time("in#3"), std::chrono::microseconds(20));
+  EXPECT_TRUE(workload.publishes("in#2", "/a"));
+  EXPECT_TRUE(workload.publishes("in#3", "/b"));
+  EXPECT_FALSE(workload.publishes("in", "/a"));
+  EXPECT_FALSE(workload.publishes("in#2", "/b"));
+}
+
 }  // namespace
 }  // namespace takt
