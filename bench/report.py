@@ -147,7 +147,7 @@ def bucket_limit_us(bucket):
 
 
 def row_name(run):
-    parts = [run["executor"]] + [run[key] for key in ("placement", "scheduler", "composition") if run.get(key, "file") != "file"]
+    parts = [run["executor"]] + [run[key] for key in ("placement", "scheduler", "composition") if run.get(key, "file") not in ("file", "as")]
     return ", ".join(parts)
 
 

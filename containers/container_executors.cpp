@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "takt/base/available_cpus.hpp"
 #include "takt/base/counted.hpp"
+#include "takt/containers/configuration/replace_executors.hpp"
 #include "takt/containers/container_parts.hpp"
 
 namespace takt {
@@ -42,56 +42,6 @@ std::string override(ExecutorDescription& executor, const ContainerOverrides& ov
     unused.emplace_back("`reentrant_threads`");
   }
   return unused.empty() ? "" : fmt::format("which cannot use of it: {}", fmt::join(unused, ", "));
-}
-
-// A band from the most urgent of these threads on, where another type takes the place of the
-// file's; up to the next other thread that may run on its CPU, as inside the band that would run
-// before some of the callbacks, and after others.
-std::vector<ThreadDescription> band_from(const std::vector<ThreadAttributes>& threads,
-                                         const std::vector<ThreadDescription>& of_file) {
-  constexpr int kLevels = 8, kHighest = 99;
-  const auto best = std::max_element(threads.begin(), threads.end(), [](auto& a, auto& b) {
-    return a.priority < b.priority;  // others than SCHED_FIFO and SCHED_RR have none
-  });
-  if (best == threads.end() || best->priority == 0) return {};
-  const int cpu = best->affinity.empty() ? available_cpus().front() : best->affinity.front();
-  int highest = std::min(best->priority + kLevels - 1, kHighest);
-  for (const ThreadDescription& entry : of_file) {
-    const ThreadAttributes& other = entry.attributes;
-    const auto& cpus = other.affinity;
-    const bool is_own = std::any_of(threads.begin(), threads.end(),
-                                    [&](const auto& own) { return own.name == other.name; });
-    const bool meets = cpus.empty() || std::find(cpus.begin(), cpus.end(), cpu) != cpus.end();
-    if (is_own || !meets || other.priority < best->priority) continue;
-    highest = std::min(highest, std::max(other.priority - 1, best->priority));
-  }
-  std::vector<ThreadDescription> band;
-  for (int priority = best->priority; priority <= highest; ++priority) {
-    ThreadAttributes& thread = band.emplace_back(ThreadDescription{*best, {}}).attributes;
-    thread.name = fmt::format("{}-{}", best->name, priority);
-    thread.policy = ThreadPolicy::fifo;
-    thread.priority = priority;
-    thread.affinity = {cpu};
-  }
-  return band;
-}
-
-// Gives it a band in place of its threads. Returns how that differs.
-std::string take_band(ExecutorDescription& executor, SystemDescription& file) {
-  std::vector<ThreadAttributes> own;
-  for (const std::string& name : executor.threads) {
-    if (const ThreadDescription* const found = find_thread(file, name))
-      own.push_back(found->attributes);
-  }
-  const std::vector<ThreadDescription> band = band_from(own, file.threads);
-  executor.threads.clear();
-  if (band.empty()) return "where nothing interrupts: its threads have no priority";
-  for (const ThreadDescription& level : band) {
-    file.threads.push_back(level);
-    executor.threads.push_back(level.attributes.name);
-  }
-  return fmt::format("on the band '{}' to '{}' instead of its threads", executor.threads.front(),
-                     executor.threads.back());
 }
 
 }  // namespace

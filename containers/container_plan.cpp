@@ -40,6 +40,16 @@ class ThreadsOfIsolated {
   std::map<const IsolatedExecutor*, std::vector<const CallbackGroup*>> asked_;
 };
 
+// Whether the file does.
+bool gives_priority(const ComponentDescription& component, const Entity& entity) {
+  const auto gives = [](const auto& all, const std::string& name) {
+    const auto found = all.find(name);
+    return found != all.end() && found->second.parameters.priority.has_value();
+  };
+  return gives(component.callbacks, entity.name()) ||
+         gives(component.callback_groups, entity.group()->name());
+}
+
 }  // namespace
 
 void Container::make_chains() {
@@ -60,7 +70,8 @@ void Container::make_chains() {
   }
   Plan plan = make_plan(
       find_chains(description_, nodes, errors_), nodes, placed,
-      overrides_.execution_model != nullptr ? description_.machine.cpus : available_cpus());
+      overrides_.execution_model != nullptr ? description_.machine.cpus : available_cpus(),
+      description_.priorities.value_or(PriorityMethod::picas));
   for (const PlannedChain& chain : plan.chains) {
     try {
       chains_.push_back(Chain::create(chain.options, chain.path));
@@ -71,13 +82,17 @@ void Container::make_chains() {
   shared_.lock()->plan = std::move(plan);
 }
 
-// Applies Takt's assignments where the file gives no value.
+// Applies Takt's assignments where the file gives no value. What it says of `priorities` precedes
+// the code's own ones.
 void Container::assign() {
   const Plan plan = this->plan();
   for (const Plan::Callback& callback : plan.callbacks) {
-    if (callback.priority == 0 || callback.node->callback_parameters(*callback.entity).priority) {
-      continue;
-    }
+    const Node& node = *callback.node;
+    const auto loaded = shared_.lock()->find(node.fully_qualified_name());
+    const bool is_given = description_.priorities
+                              ? gives_priority(loaded->description, *callback.entity)
+                              : node.callback_parameters(*callback.entity).priority.has_value();
+    if (callback.priority == 0 || is_given) continue;
     callback.node->set_callback_parameters(
         {.callbacks = {{callback.entity->name(), {.priority = callback.priority}}}});
   }

@@ -101,72 +101,84 @@ std::optional<ParameterValue> ConfigurationReader::parameter_value(const Value& 
   return result;
 }
 
-void ConfigurationReader::read_file(const Value& root) {
-  read_root(
-      root, "the file",
-      {{"realtime",
-        "What to do if the system refuses real-time privileges. `require`: fail. `prefer`: "
-        "continue, and report it in the notes. `off`: request only thread names and CPUs, and do "
-        "not lock memory.",
-        into(system_.realtime, {{"require", Realtime::require},
-                                {"prefer", Realtime::prefer},
-                                {"off", Realtime::off}})},
-       {"memory", "Memory settings.", [this](const Value& memory) { read_memory(memory); }},
-       {"cpu_dma_latency_us",
-        "Keeps `/dev/cpu_dma_latency` open with this value while the container lives, which limits "
-        "CPU idle states. By default, the device is not used.",
-        into(system_.cpu_dma_latency_us, 0)},
-       {"threads", "Thread attributes by name, for executors and DDS.",
-        each_in_map([this](const Value& thread) { read_thread(thread); })},
-       {"dds", "Joins a DDS domain.", [this](const Value& dds) { read_dds(dds); }},
-       {"topics",
-        "What holds for a topic's publishers and subscriptions instead of what the code says, by "
-        "its full name.",
-        each_in_map([this](const Value& topic) { read_topic(topic); })},
-       {"schedulers", "External schedulers, by the name that their library registers.",
-        each_in_map([this](const Value& scheduler) { read_scheduler(scheduler); })},
-       {"wait_backends", "External wait back ends, by the name that their library registers.",
-        each_in_map([this](const Value& backend) { read_wait_backend(backend); })},
-       {"executors", "Executors by name.",
-        each_in_map([this](const Value& executor) { read_executor(executor); })},
-       {"nodes",
-        "Instead of containers, the nodes of a program for rclcpp by full name. It makes them "
-        "itself, and is started with [`TAKT_CONFIG`](rclcpp.md#the-environment) set to this file.",
-        each_in_map([this](const Value& node) { read_node(node); })},
-       {"container", "The only container. Either this key, `containers` or `nodes` is required.",
-        [this](const Value& container) { system_.name = read_container(container); }},
-       {"containers", "Several containers, each a separate process with a unique `name`.",
-        [this](const Value& containers) { read_containers(containers); }},
-       {"lifecycle", "Lifecycle nodes that Takt brings up and monitors.",
-        [this](const Value& lifecycle) { read_lifecycle(lifecycle); }},
-       {"machine", "The machine for which `takt analyze` computes bounds; by default, this one.",
-        [this](const Value& machine) { read_machine(machine); }},
-       {"model",
-        "A file of `takt model`, with measured execution times and arrivals, for `takt analyze`. "
-        "A relative path counts from this file.",
-        [this](const Value& model) {
-          into(system_.model)(model);
-          if (!system_.model.empty()) system_.model = beside(system_.model);
-        }},
-       {"analysis", "What `takt run` does of `takt analyze`.",
-        [this](const Value& analysis) { read_analysis(analysis); }},
-       {"accept",
-        "Assumptions of `takt analyze` that hold for another reason, by id: see "
-        "[assumptions](guarantees.md#assumptions). The reason is a text, and stands beside the "
-        "verdict.",
-        into_accepted(system_.accepted)},
-       {"chains",
-        "Sequences of callbacks whose end-to-end latency is measured. `auto`: every path from a "
-        "timer to its last callback is a chain; a shorter period means a higher criticality.",
-        [this](const Value& chains) { read_chains(chains); }}});
+std::vector<ConfigurationReader::Field> ConfigurationReader::fields_of_what_runs() {
+  return {
+      {"realtime",
+       "What to do if the system refuses real-time privileges. `require`: fail. `prefer`: "
+       "continue, and report it in the notes. `off`: request only thread names and CPUs, and do "
+       "not lock memory.",
+       into(
+           system_.realtime,
+           {{"require", Realtime::require}, {"prefer", Realtime::prefer}, {"off", Realtime::off}})},
+      {"memory", "Memory settings.", [this](const Value& memory) { read_memory(memory); }},
+      {"cpu_dma_latency_us",
+       "Keeps `/dev/cpu_dma_latency` open with this value while the container lives, which limits "
+       "CPU idle states. By default, the device is not used.",
+       into(system_.cpu_dma_latency_us, 0)},
+      {"threads", "Thread attributes by name, for executors and DDS.",
+       each_in_map([this](const Value& thread) { read_thread(thread); })},
+      {"dds", "Joins a DDS domain.", [this](const Value& dds) { read_dds(dds); }},
+      {"topics",
+       "What holds for a topic's publishers and subscriptions instead of what the code says, by "
+       "its full name.",
+       each_in_map([this](const Value& topic) { read_topic(topic); })},
+      {"schedulers", "External schedulers, by the name that their library registers.",
+       each_in_map([this](const Value& scheduler) { read_scheduler(scheduler); })},
+      {"wait_backends", "External wait back ends, by the name that their library registers.",
+       each_in_map([this](const Value& backend) { read_wait_backend(backend); })},
+      {"executors", "Executors by name.",
+       each_in_map([this](const Value& executor) { read_executor(executor); })},
+      {"nodes",
+       "Instead of containers, the nodes of a program for rclcpp by full name. It makes them "
+       "itself, and is started with [`TAKT_CONFIG`](rclcpp.md#the-environment) set to this file.",
+       each_in_map([this](const Value& node) { read_node(node); })},
+      {"container", "The only container. Either this key, `containers` or `nodes` is required.",
+       [this](const Value& container) { system_.name = read_container(container); }},
+      {"containers", "Several containers, each a separate process with a unique `name`.",
+       [this](const Value& containers) { read_containers(containers); }},
+      {"lifecycle", "Lifecycle nodes that Takt brings up and monitors.",
+       [this](const Value& lifecycle) { read_lifecycle(lifecycle); }}};
 }
 
-void ConfigurationReader::read_analysis(const Value& analysis) {
-  read_map(analysis, "an analysis",
-           {{"watch",
-             "As `takt run --watch-bounds`: compares what runs with what the bounds of its chains "
-             "rest on.",
-             into(system_.watches_bounds)}});
+void ConfigurationReader::read_file(const Value& root) {
+  std::vector<Field> fields = fields_of_what_runs();
+  const std::vector<Field> of_its_analysis{
+      {"machine", "The machine for which `takt analyze` computes bounds; by default, this one.",
+       [this](const Value& machine) { read_machine(machine); }},
+      {"model",
+       "A file of `takt model`, with measured execution times and arrivals, for `takt analyze`. "
+       "A relative path counts from this file.",
+       [this](const Value& model) {
+         into(system_.model)(model);
+         if (!system_.model.empty()) system_.model = beside(system_.model);
+       }},
+      {"analysis", "What `takt run` does of `takt analyze`.",
+       [this](const Value& analysis) {
+         read_map(analysis, "an analysis",
+                  {{"watch",
+                    "As `takt run --watch-bounds`: compares what runs with what the bounds of its "
+                    "chains rest on.",
+                    into(system_.watches_bounds)}});
+       }},
+      {"accept",
+       "Assumptions of `takt analyze` that hold for another reason, by id: see "
+       "[assumptions](guarantees.md#assumptions). The reason is a text, and stands beside the "
+       "verdict.",
+       into_accepted(system_.accepted)},
+      {"priorities",
+       "How callbacks get a priority that this file does not give. `picas`: from their chains. "
+       "`rate_monotonic`: the more often one runs, the more urgent it is; a subscription runs as "
+       "often as the fastest timer whose messages reach it. See `takt plan`. By default `picas`, "
+       "where the code gives no priority either.",
+       into(system_.priorities,
+            Words<PriorityMethod>{{"picas", PriorityMethod::picas},
+                                  {"rate_monotonic", PriorityMethod::rate_monotonic}})},
+      {"chains",
+       "Sequences of callbacks whose end-to-end latency is measured. `auto`: every path from a "
+       "timer to its last callback is a chain; a shorter period means a higher criticality.",
+       [this](const Value& chains) { read_chains(chains); }}};
+  fields.insert(fields.end(), of_its_analysis.begin(), of_its_analysis.end());
+  read_root(root, "the file", fields);
 }
 
 // Each process would know only its own part of what bounds rest on, and a program more than that.

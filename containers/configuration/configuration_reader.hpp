@@ -33,8 +33,8 @@ class ConfigurationReader : private SystemReader {
 
  private:
   void read_file(const Value& root);
+  std::vector<Field> fields_of_what_runs();
   void read_memory(const Value& memory);
-  void read_analysis(const Value& analysis);
   Read noting(bool& is_sound, Read read);
   Read into_duration(Nanoseconds& duration, std::function<void()> check);
   Read into_accepted(Acceptances& accepted);

@@ -208,7 +208,7 @@ TEST(Configuration, RefusesUnknownKeysWithTheNearestOne) {
             "robot.yaml:1: 'realtme' is not a key of the file; did you mean 'realtime'? valid: "
             "realtime, memory, cpu_dma_latency_us, threads, dds, topics, schedulers, "
             "wait_backends, executors, nodes, container, containers, lifecycle, machine, model, "
-            "analysis, accept, "
+            "analysis, accept, priorities, "
             "chains\n");
   EXPECT_EQ(errors_of("threads:\n  control:\n    prioritty: 5\n"),
             "robot.yaml:3: 'prioritty' is not a key of a thread; did you mean 'priority'? valid: "

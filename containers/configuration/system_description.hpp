@@ -183,6 +183,12 @@ struct LifecycleDescription {
   SourceLine where;
 };
 
+/// How callbacks get priorities that nobody gives them.
+enum class PriorityMethod {
+  picas,           // those of their chains: see sched/picas.hpp
+  rate_monotonic,  // who runs more often is more urgent; see make_plan()
+};
+
 /// The content of a file, or the part of it that one process runs. A component that names no
 /// executor goes to the one that Takt assigns to its chain, else to the executor "default", which
 /// is a single_threaded one unless the file describes it.
@@ -212,6 +218,7 @@ struct SystemDescription {
   std::vector<std::string> libraries;                           // named by the file, see LoadPolicy
   std::optional<LifecycleDescription> lifecycle;
   std::vector<ChainDescription> chains;
+  std::optional<PriorityMethod> priorities;  // nullopt: picas, where the code gives none either
   bool finds_chains = false;  // `chains: auto`: every path from a timer to its last callback
   SourceLine chains_where;
   std::vector<std::string> notes;  // remarks of the reader, for the user

@@ -32,6 +32,7 @@ constexpr CoverageEntry kTable[] = {
     {"the file", "model", kUsed, "see a measured model"},
     {"the file", "analysis", kUsed, "see an analysis"},
     {"the file", "accept", kUsed, "assumptions"},
+    {"the file", "priorities", kUsed, "the plan gives them to the callbacks, see priority"},
     {"the file", "chains", kUsed, "see a chain"},
     // Memory
     {"memory", "lock", kUsed, "without it: no_page_faults"},

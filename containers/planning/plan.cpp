@@ -2,6 +2,8 @@
 #include "takt/containers/planning/plan.hpp"
 
 #include <algorithm>
+#include <functional>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <set>
@@ -61,6 +63,30 @@ class SystemGraph {
         if (is_end && path.size() > 1) result.push_back(steps(path));
         return result.size() <= kMostChains;
       });
+    }
+    return result;
+  }
+
+  /// The shortest period from which messages reach each callback, in order; 0: none is known.
+  /// `own`: of each callback itself, or 0.
+  std::vector<Nanoseconds> fastest(const std::vector<Nanoseconds>& own) const {
+    std::vector<std::size_t> roots;
+    for (std::size_t i = 0; i < own.size(); ++i)
+      if (own[i] != Nanoseconds::zero()) roots.push_back(i);
+    std::stable_sort(roots.begin(), roots.end(),
+                     [&](std::size_t a, std::size_t b) { return own[a] < own[b]; });
+    std::vector<Nanoseconds> result = own;
+    for (const std::size_t root : roots) {
+      std::vector<std::size_t> open{root};
+      while (!open.empty()) {
+        const std::size_t from = open.back();
+        open.pop_back();
+        for (const std::size_t to : links_[from]) {
+          if (result[to] != Nanoseconds::zero()) continue;  // of a faster root, or its own
+          result[to] = own[root];
+          open.push_back(to);
+        }
+      }
     }
     return result;
   }
@@ -153,6 +179,24 @@ std::vector<PlannedChain> found_chains(const SystemDescription& description,
   return chains;
 }
 
+void set_rate_monotonic(std::vector<Plan::Callback>& callbacks,
+                        const std::vector<std::shared_ptr<Node>>& nodes) {
+  std::vector<Nanoseconds> own;
+  for (const Plan::Callback& callback : callbacks) {
+    const CallbackParameters parameters = callback.node->callback_parameters(*callback.entity);
+    own.push_back(parameters.period.value_or(callback.entity->period()));
+  }
+  const std::vector<Nanoseconds> periods = SystemGraph(nodes).fastest(own);
+  std::set<Nanoseconds, std::greater<>> known(periods.begin(), periods.end());
+  known.erase(Nanoseconds::zero());
+  for (std::size_t i = 0; i < callbacks.size(); ++i) {
+    callbacks[i].period = periods[i];
+    const auto rank = known.find(periods[i]);
+    callbacks[i].priority =
+        rank == known.end() ? 0 : static_cast<int>(std::distance(known.begin(), rank)) + 1;
+  }
+}
+
 Plan::Executor executor_of(const picas::Assignment::Executor& assigned, const std::string& name) {
   return {name,
           {.name = name,
@@ -206,7 +250,8 @@ std::vector<PlannedChain> find_chains(const SystemDescription& description,
 }
 
 Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_ptr<Node>>& nodes,
-               const std::vector<const CallbackGroup*>& placed, const std::vector<int>& cpus) {
+               const std::vector<const CallbackGroup*>& placed, const std::vector<int>& cpus,
+               PriorityMethod method) {
   Plan plan;
   std::vector<picas::Callback> callbacks;
   std::vector<const CallbackGroup*> units;
@@ -255,6 +300,7 @@ Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_p
     const std::size_t executor = assigned.executor_of_unit[callbacks[i].unit];
     if (executor != picas::kNone) callback.executor = plan.executors[executor].name;
   }
+  if (method == PriorityMethod::rate_monotonic) set_rate_monotonic(plan.callbacks, nodes);
   plan.chains = std::move(chains);
   return plan;
 }

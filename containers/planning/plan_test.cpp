@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/planning/plan.hpp"
 
+#include <map>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,6 +18,7 @@ using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Pair;
 
 struct Text {
   int number = 0;
@@ -187,6 +190,26 @@ TEST(Plans, ChangeNothingThatTheFileGives) {
   for (const ThreadDescription& thread : container.description().threads) {
     EXPECT_EQ(thread.attributes.policy, ThreadPolicy::other);
   }
+}
+
+// source every 10 ms, other every 5; `end` is also reached from a timer of 2 ms.
+TEST(Plans, GiveTheMoreFrequentThePriorityByRateMonotonic) {
+  std::string text = file_with(
+      "    - {component: takt::test::Step, name: quick, parameters: {out: [z], period_ms: 2}}\n"
+      "    - {component: takt::test::Step, name: alone, parameters: {in: [nothing]}}\n"
+      "priorities: rate_monotonic\n");
+  text.replace(text.find("{out: [w]}"), 10, "{out: [w], period_ms: 5}");
+  text.insert(text.find("name: b,") + 7, ", callbacks: {x: {priority: 9}}");
+  const Container container(ConfigurationFile("robot.yaml", text).read());
+  std::map<std::string, int> priorities;
+  for (const Plan::Callback& callback : container.plan().callbacks) {
+    priorities[to_string(Chain::Step{callback.node, callback.entity->name()})] =
+        callback.node->callback_parameters(*callback.entity).priority.value_or(0);
+  }
+  EXPECT_THAT(priorities, ElementsAre(Pair("/a/x", 1), Pair("/alone/nothing", 0),
+                                      Pair("/apart/w", 2), Pair("/b/x", 9), Pair("/both/y", 1),
+                                      Pair("/end/z", 3), Pair("/other/timer", 2),
+                                      Pair("/quick/timer", 3), Pair("/source/timer", 1)));
 }
 
 TEST(Plans, RefuseMoreWorkThanAThreadHas) {

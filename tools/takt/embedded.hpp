@@ -18,11 +18,13 @@ extern const char* const kConfigurationPage;  // docs/reference/configuration.md
 extern const char* const kResultsPage;        // docs/reference/results.md.in
 extern const char* const kResultsSchema;      // docs/reference/results.schema.json.in
 
-/// A file of `takt new`: its path, and its text with @NAME@ and @VERSION@.
+/// A file: its path, and its text, of `takt new` with @NAME@ and @VERSION@.
 struct Template {
   std::string_view path, text;
 };
 extern const std::span<const Template> kNewProject;  // tools/takt/new_project
+
+extern const std::span<const Template> kCatalogue;  // examples/catalogue
 
 /// An interface of ROS 2: "std_msgs/msg/Header", and its .msg, .srv or .action file.
 struct Definition {

@@ -13,6 +13,7 @@
 #include "takt/measuring/machine.hpp"
 
 #include "analyze/overheads.hpp"
+#include "catalogue/catalogue.hpp"
 #include "model/extraction.hpp"
 #include "run/constructor_exit.hpp"
 #include "table.hpp"
@@ -215,7 +216,7 @@ auto stand_ins(AnalyzedFile& file, const nlohmann::json& nodes) {
 }  // namespace
 
 AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options) {
-  return analyze_system(read_system(path, options.settings), options);
+  return analyze_system(read_system_as(path, options.as, options.settings), options);
 }
 
 AnalyzedFile analyze_system(SystemDescription system, const AnalyzeOptions& options) {

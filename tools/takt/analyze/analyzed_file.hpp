@@ -39,6 +39,7 @@ struct AnalyzedFile {
 
 struct AnalyzeOptions {
   std::string model;             // a file; empty: the one that the system names
+  std::string as;                // as for `takt run`
   ContainerOverrides overrides;  // executor and scheduler
   Settings settings;             // instead of what the file says
   nlohmann::json nodes;          // of nodes_of_program; null: the file has components

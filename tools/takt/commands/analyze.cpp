@@ -10,6 +10,7 @@
 
 #include "analyze/analyzed_file.hpp"
 #include "analyze/sweep.hpp"
+#include "catalogue/catalogue.hpp"
 #include "commands.hpp"
 #include "exit_status.hpp"
 #include "outputs.hpp"
@@ -89,6 +90,8 @@ void run(Options options) {
                  options.how.overrides.scheduler);
   if (!options.report.empty()) check_report(options.report);
   if (!program_words().empty()) {
+    if (!options.how.as.empty())
+      throw Error("--as is for containers, not for a program", "leave one of them out");
     read_system(options.file, options.how.settings);  // its errors are not the program's
     options.how.nodes = nodes_of_program(program_words(), options.file);
   }
@@ -140,6 +143,7 @@ void set_up(CLI::App* command) {
       ->add_option("--scheduler", options->how.overrides.scheduler,
                    "As for `takt run` (see: takt list schedulers)")
       ->envname("TAKT_SCHEDULER");
+  as_option(*command, options->how.as);
   command
       ->add_option("--overheads", options->overheads,
                    "`measure`: measures in two seconds what Linux and Takt need on this machine, "

@@ -17,6 +17,7 @@
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/run.hpp"
 
+#include "catalogue/catalogue.hpp"
 #include "commands.hpp"
 #include "exit_status.hpp"
 #include "outputs.hpp"
@@ -35,8 +36,8 @@ namespace {
 
 struct Options {
   std::vector<std::string> files;
-  std::string executors = "all", placement = "file", schedulers, compositions = "file",
-              duration = "5s", against, save, report, model;
+  std::string executors, as, placement = "file", schedulers, compositions = "file", duration = "5s",
+                             against, save, report, model;
   ResultFiles results;
   int repeat = 1;
   bool simulates = false;
@@ -64,7 +65,9 @@ std::vector<std::string> words_of(const Comparison& row, const Options& options)
   if (options.simulates) words.insert(words.end(), {"--runs", std::to_string(options.repeat)});
   if (!options.model.empty()) words.insert(words.end(), {"--model", options.model});
   if (row.composition != kFile) words.insert(words.end(), {"--composition", row.composition});
-  if (row.executor != kFile) {
+  if (row.placement == kAs) {
+    words.insert(words.end(), {"--as", row.executor});
+  } else if (row.executor != kFile) {
     words.insert(words.end(), {"--executor", row.executor, "--placement", row.placement});
   }
   if (!row.scheduler.empty() && row.scheduler != kFile) {
@@ -82,7 +85,7 @@ std::vector<std::string> words_of(const Comparison& row, const Options& options)
 std::string what_differs(const Comparison& row) {
   std::string text = row.executor;
   for (const std::string& part : {row.placement, row.scheduler, row.composition}) {
-    if (!part.empty() && part != "file") text += " " + part;
+    if (!part.empty() && part != "file" && part != kAs) text += " " + part;
   }
   return text;
 }
@@ -161,55 +164,92 @@ bool is_left_out(const std::string& executor, const std::string& scheduler) {
   return false;
 }
 
-/// What is asked for, or Error before anything is measured.
-std::vector<Comparison> rows_of(Options& options) {
-  for (const std::string& file : options.files) read_system(file);  // may load executors
-  if (options.files.empty()) {
-    if (program_words().empty()) {
-      throw Error("nothing to compare", "give a FILE, or a program after --");
-    }
-    options.files = {""};  // the program alone
+/// "all" that fit, or a list separated by commas of words of the catalogue and files.
+std::vector<std::string> as_selection(const std::string& text) {
+  if (text != "all") return CLI::detail::split(text, ',');
+  std::vector<std::string> words;
+  for (const CatalogueEntry& entry : catalogue())
+    if (entry.why_not.empty()) words.push_back(entry.word);
+  return words;
+}
+
+/// Refuses options that do not go together.
+void check(const Options& options) {
+  const bool is_program = !program_words().empty();
+  if (options.files.empty() && !is_program) {
+    throw Error("nothing to compare", "give a FILE, or a program after --");
   }
-  if (options.simulates && (!program_words().empty() || options.compositions != kFile)) {
+  if (options.simulates && (is_program || options.compositions != kFile)) {
     throw Error("--simulate is for files as they are, not for programs or --compositions",
                 "leave one of them out");
   }
   if (!options.simulates && !options.model.empty()) {
     throw Error("--model is for --simulate", "add that, or leave the model out");
   }
-  if (!program_words().empty() && options.compositions != kFile) {
-    throw Error("--compositions is for containers, not for a program", "leave it out");
+  if (is_program && (options.compositions != kFile || !options.as.empty())) {
+    throw Error("--compositions and --as are for containers, not for a program", "leave them out");
   }
-  const std::vector<std::string> executor_names = selection(options.executors, executors());
-  const std::vector<std::string> scheduler_names =
-      options.schedulers.empty() ? std::vector<std::string>{""}
-                                 : selection(options.schedulers, schedulers());
-  const std::vector<std::string> composition_names =
-      options.compositions == "all" ? std::vector<std::string>{"single", "per-node"}
-                                    : CLI::detail::split(options.compositions, ',');
-  for (const std::string& name : composition_names) {
+}
+
+std::vector<std::string> compositions_of(const Options& options) {
+  if (options.compositions == "all") return {"single", "per-node"};
+  std::vector<std::string> names = CLI::detail::split(options.compositions, ',');
+  for (const std::string& name : names) {
     const std::vector<std::string> valid{"file", "single", "per-node"};
     if (std::find(valid.begin(), valid.end(), name) == valid.end()) {
       throw Error(fmt::format("there is no composition '{}'", name), suggest(name, valid));
     }
   }
-  refuse_twins("FILE", options.files);
+  refuse_twins("--compositions", names);
+  return names;
+}
+
+/// The rows of executors of Takt, with a scheduler each; then those of the catalogue. Each in each
+/// composition; the first of them says for which file.
+std::vector<Comparison> rows_of_one_file(const Options& options) {
+  const std::vector<std::string> executor_names =
+      options.executors.empty() && !options.as.empty()
+          ? std::vector<std::string>()
+          : selection(options.executors.empty() ? "all" : options.executors, executors());
+  const std::vector<std::string> scheduler_names =
+      options.schedulers.empty() ? std::vector<std::string>{""}
+                                 : selection(options.schedulers, schedulers());
   refuse_twins("--executors", executor_names);
   refuse_twins("--schedulers", scheduler_names);
-  refuse_twins("--compositions", composition_names);
+  const bool is_named =
+      options.executors != "all" && !options.executors.empty() && options.schedulers != "all";
+  std::vector<Comparison> rows;
+  for (const std::string& executor : executor_names) {
+    for (const std::string& scheduler : scheduler_names) {
+      if (!is_named && is_left_out(executor, scheduler)) continue;
+      rows.push_back({.executor = executor,
+                      .placement = executor == kFile ? std::string(kFile) : options.placement,
+                      .scheduler = scheduler});
+    }
+  }
+  if (options.as.empty()) return rows;
+  const std::vector<std::string> as_names = as_selection(options.as);
+  refuse_twins("--as", as_names);
+  for (const std::string& as : as_names) rows.push_back({.executor = as, .placement = kAs});
+  return rows;
+}
+
+/// What is asked for, or Error before anything is measured.
+std::vector<Comparison> rows_of(Options& options) {
+  check(options);
+  for (const std::string& file : options.files) read_system(file);  // may load executors
+  if (options.files.empty()) options.files = {""};                  // the program alone
+  refuse_twins("FILE", options.files);
+  const std::vector<std::string> compositions = compositions_of(options);
+  const std::vector<Comparison> of_one_file = rows_of_one_file(options);
   std::vector<Comparison> rows;
   for (const std::string& file : options.files) {
-    for (const std::string& executor : executor_names) {
-      for (const std::string& scheduler : scheduler_names) {
-        const bool is_named = options.executors != "all" && options.schedulers != "all";
-        if (!is_named && is_left_out(executor, scheduler)) continue;
-        for (const std::string& composition : composition_names) {
-          rows.push_back({.file = file,
-                          .executor = executor,
-                          .placement = executor == kFile ? std::string(kFile) : options.placement,
-                          .scheduler = scheduler,
-                          .composition = composition});
-        }
+    for (Comparison row : of_one_file) {
+      if (row.placement == kAs) read_system_as(file, row.executor);  // its errors
+      row.file = file;
+      for (const std::string& composition : compositions) {
+        row.composition = composition;
+        rows.push_back(row);
       }
     }
   }
@@ -301,8 +341,11 @@ void set_up(CLI::App* command) {
   command->add_option(
       "--executors", options->executors,
       "all, or a list: events,single_threaded; file: as in the file (see: takt list "
-      "executors)");
+      "executors) (default: all, with --as none)");
   placement_option(command, options->placement);
+  command->add_option("--as", options->as,
+                      "As for `takt run`: all, or a list: picas,cie,./own.yaml (see: takt list "
+                      "catalogue)");
   command->add_option("--schedulers", options->schedulers,
                       "all, or a list (default: that of each executor; see: takt list schedulers)");
   command->add_option("--compositions", options->compositions,
@@ -333,7 +376,8 @@ void set_up(CLI::App* command) {
       "TAKT_CONFIG.\n\n"
       "Example:\n  takt compare robot.yaml --executors all --duration 5s --repeat 10 "
       "--report robot.html\n  takt compare robot.yaml --executors file --repeat 10 --save before\n"
-      "  takt compare robot.yaml --executors file --repeat 10 --against before\n  takt compare "
+      "  takt compare robot.yaml --executors file --repeat 10 --against before\n"
+      "  takt compare robot.yaml --as all --executors file --simulate\n  takt compare "
       "--executors events,file -- takt ros2 run my_package "
       "my_program\n");
   command->callback([options] { compare(*options); });

@@ -93,6 +93,7 @@ const std::vector<Source>& sources() {
   static const std::vector<Source> all{
       {"see: takt list executors", {"list", "executors"}},
       {"see: takt list schedulers", {"list", "schedulers"}},
+      {"see: takt list catalogue", {"list", "catalogue"}},
       {"see: takt component types", {"component", "types", "--json", "-"}, "component"},
       // With the empty ones, which have no component to be listed.
       {"CONTAINER",

@@ -8,6 +8,7 @@
 #include "takt/executors/wait_backends/wait_backend.hpp"
 #include "takt/measuring/output.hpp"
 
+#include "catalogue/catalogue.hpp"
 #include "commands.hpp"
 #include "prompt/values.hpp"
 
@@ -28,6 +29,15 @@ void print(const AnyRegistry& registry, const std::vector<std::string>& names) {
   }
 }
 
+void print_catalogue() {
+  std::size_t width = 0;
+  for (const CatalogueEntry& entry : catalogue()) width = std::max(width, entry.word.size());
+  for (const CatalogueEntry& entry : catalogue()) {
+    rt::print("{:<{}}  {}{}\n", entry.word, width, entry.idea,
+              entry.why_not.empty() ? "" : fmt::format("; fits no other file: {}", entry.why_not));
+  }
+}
+
 // Construct each back end to find out whether this kernel supports it.
 void print_wait_backends() {
   const WaitBackendRegistry& registry = wait_backends();
@@ -44,11 +54,12 @@ void print_wait_backends() {
 
 void set_up(CLI::App* command) {
   const auto kind = std::make_shared<std::string>();
-  one_of(command
-             ->add_option("KIND", *kind,
-                          "executors, schedulers, wait_backends, transports or components")
-             ->required(),
-         {"executors", "schedulers", "wait_backends", "transports", "components"});
+  one_of(
+      command
+          ->add_option("KIND", *kind,
+                       "executors, schedulers, wait_backends, transports, components or catalogue")
+          ->required(),
+      {"executors", "schedulers", "wait_backends", "transports", "components", "catalogue"});
   const auto file = std::make_shared<std::string>();
   command->add_option("FILE", *file,
                       "A configuration file: also lists what the libraries that it names register");
@@ -62,6 +73,7 @@ void set_up(CLI::App* command) {
       print(components(), component_names());
       for (const auto& [name, library] : component_index()) rt::print("{}  {}\n", name, library);
     }
+    if (*kind == "catalogue") print_catalogue();
     if (*kind == "transports") {
       rt::print(
           "intra  by pointer inside one process\n"

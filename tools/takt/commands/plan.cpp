@@ -10,8 +10,10 @@
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
 
+#include "catalogue/catalogue.hpp"
 #include "commands.hpp"
 #include "outputs.hpp"
+#include "prompt/values.hpp"
 #include "run/constructor_exit.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
@@ -113,8 +115,17 @@ void print(const json& plan) {
   executors.print("executors (used: share of a CPU, by callbacks with a budget and a period)");
 }
 
-void plan(const std::string& file, const std::string& json_path) {
-  const std::vector<SystemDescription> processes = split(read_system(file), Composition::file);
+struct Options {
+  std::string file, as, method, json;
+};
+
+void plan(const Options& options) {
+  const std::string &file = options.file, &json_path = options.json;
+  SystemDescription system = read_system_as(file, options.as);
+  if (!options.method.empty())
+    system.priorities =
+        options.method == "picas" ? PriorityMethod::picas : PriorityMethod::rate_monotonic;
+  const std::vector<SystemDescription> processes = split(system, Composition::file);
   json plans = json::array();
   for (SystemDescription process : processes) {
     process.dds.reset();  // nothing runs
@@ -132,17 +143,22 @@ void plan(const std::string& file, const std::string& json_path) {
 }
 
 void set_up(CLI::App* command) {
-  const auto file = std::make_shared<std::string>(), json_path = std::make_shared<std::string>();
+  const auto options = std::make_shared<Options>();
   command
-      ->add_option("FILE", *file,
+      ->add_option("FILE", options->file,
                    "A configuration file; its components are constructed, but do not run")
       ->required();
-  add_output(*command, "--json", *json_path, "Also write the plan as JSON; - for stdout");
-  command->footer("Example:\n  takt plan robot.yaml\n");
-  command->callback([file, json_path] { plan(*file, *json_path); });
+  one_of(command->add_option("--method", options->method,
+                             "How callbacks get priorities, as `priorities` of the file (default: "
+                             "as the file says)"),
+         {"picas", "rate_monotonic"});
+  as_option(*command, options->as);
+  add_output(*command, "--json", options->json, "Also write the plan as JSON; - for stdout");
+  command->footer("Example:\n  takt plan robot.yaml\n  takt plan robot.yaml --as picas\n");
+  command->callback([options] { plan(*options); });
 }
 const Command registered(
-    "plan", "Shows priorities, executors and CPUs assigned from the chains of a file (PiCAS)",
+    "plan", "Shows the priorities, executors and CPUs that Takt assigns: PiCAS, rate monotonic",
     set_up);
 
 }  // namespace

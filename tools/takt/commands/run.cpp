@@ -19,6 +19,7 @@
 #include "takt/measuring/output.hpp"
 #include "takt/sched/scheduler.hpp"
 
+#include "catalogue/catalogue.hpp"
 #include "commands.hpp"
 #include "exit_status.hpp"
 #include "outputs.hpp"
@@ -39,9 +40,9 @@ namespace {
 struct Options {
   std::string process;  // of a system whose parent is at the other end of the connection
   int connection = -1;
-  std::string file, name, executor, placement = "file", scheduler, composition = "file",
-                                    transport = "auto", duration, trace, trace_clock = "monotonic",
-                                    recordings;
+  std::string file, name, as, executor, placement = "file", scheduler, composition = "file",
+                                        transport = "auto", duration, trace,
+                                        trace_clock = "monotonic", recordings;
   ResultFiles results;
   std::vector<std::string> load;
   bool histograms = false, watches_bounds = false;
@@ -114,8 +115,9 @@ void prepare_for_loading(SystemDescription& system) {
 
 /// The file that configures the program, if there is one.
 std::vector<SystemDescription> file_of_program(const Options& options) {
-  if (!options.name.empty() || options.composition != "file" || options.transport != "auto") {
-    throw Error("--name, --composition and --transport are for containers, not for a program",
+  if (!options.name.empty() || !options.as.empty() || options.composition != "file" ||
+      options.transport != "auto") {
+    throw Error("--name, --as, --composition and --transport are for containers, not for a program",
                 "leave them out, or leave out the program");
   }
   check_names(options);
@@ -127,7 +129,7 @@ std::vector<SystemDescription> file_of_program(const Options& options) {
 std::vector<SystemDescription> processes(const Options& options) {
   if (!program_words().empty()) return file_of_program(options);
   if (!options.name.empty()) return {empty_container(options)};
-  SystemDescription system = read_system(options.file);
+  SystemDescription system = read_system_as(options.file, options.as);
   check_names(options);
   const bool loads = options.composition == "dynamic";
   // Without DDS in the file, this is a measurement: parameter services would only distort it.
@@ -173,6 +175,7 @@ std::vector<std::string> words_of(const Options& options) {
   const auto add = [&words](const char* option, const std::string& value) {
     if (!value.empty()) words.insert(words.end(), {option, value});
   };
+  add("--as", options.as);
   add("--executor", options.executor);
   if (!options.executor.empty()) add("--placement", options.placement);
   add("--scheduler", options.scheduler);
@@ -282,8 +285,7 @@ void run(const Options& options) {
   if (!options.trace.empty()) recorder.emplace(options.trace_clock);
   auto [run, failed, signal] = run_system(system, options);
   run.file = options.name.empty() ? with_program(options.file) : "--name " + options.name;
-  run.executor = options.executor.empty() ? "file" : options.executor;
-  run.placement = options.placement;
+  name_executor(run, options.as, options.executor, options.placement);
   run.scheduler = options.scheduler.empty() ? "file" : options.scheduler;
   run.composition = options.composition;
   run.transport = options.transport;
@@ -360,6 +362,7 @@ void set_up(CLI::App* command) {
          {"auto", "intra", "dds", "shm"});
   time_text(command->add_option("--duration", options->duration,
                                 "Duration of the run (default: until Ctrl-C)"));
+  as_option(*command, options->as)->excludes("--name");
   options->results.add_options(command, "the results");
   command->add_flag("--histograms", options->histograms, "Include histograms in these");
   command->add_flag("--watch-bounds", options->watches_bounds,
@@ -375,6 +378,7 @@ void set_up(CLI::App* command) {
       "TAKT_CONFIG.\n\n"
       "Example:\n"
       "  takt run robot.yaml --executor events --duration 10s\n"
+      "  takt run robot.yaml --as picas --duration 10s\n"
       "  takt run --duration 10s -- takt ros2 run my_package my_program\n");
   command->callback([options, placement] {
     choose_placement(*options, placement->count() != 0);

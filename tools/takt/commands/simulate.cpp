@@ -22,6 +22,7 @@
 #include "takt/measuring/run.hpp"
 
 #include "analyze/analyzed_file.hpp"
+#include "catalogue/catalogue.hpp"
 #include "commands.hpp"
 #include "exit_status.hpp"
 #include "outputs.hpp"
@@ -40,8 +41,8 @@ using Phases = Scenario::Phases;
 using Times = Scenario::Times;
 
 struct Options {
-  std::string file, model, executor, placement = "file", scheduler, duration = "10s", phases, times,
-                                     trace, json;
+  std::string file, model, as, executor, placement = "file", scheduler, duration = "10s", phases,
+                                         times, trace, json;
   std::vector<std::string> settings;
   std::uint64_t seed = 1, runs = 1, cpus = 0;
   bool histograms = false;
@@ -231,8 +232,7 @@ std::vector<Simulated> simulate(const Simulation& simulation, const Options& opt
       throw std::runtime_error(fmt::format("{}", fmt::join(simulated.result.failures, "\n")));
     rt::Run run = rt::run_of(std::move(simulated.result));
     run.file = options.file;
-    run.executor = options.executor.empty() ? "file" : options.executor;
-    run.placement = options.placement;
+    name_executor(run, options.as, options.executor, options.placement);
     run.scheduler = options.scheduler.empty() ? "file" : options.scheduler;
     run.repeat = i;
     run.processes.clear();  // of this machine
@@ -254,7 +254,7 @@ SimulationOptions options_of(const SystemDescription& system, const Options& opt
 }
 
 void run(const Options& options) {
-  SystemDescription system = read_system(options.file, settings_of(options));
+  SystemDescription system = read_system_as(options.file, options.as, settings_of(options));
   if (options.cpus != 0) {
     system.machine.cpus.resize(options.cpus);
     std::iota(system.machine.cpus.begin(), system.machine.cpus.end(), 0);
@@ -317,6 +317,7 @@ void set_up(CLI::App* command) {
                       "As for `takt run`: makes each executor of the file one of this type");
   placement_option(command, options->placement);
   command->add_option("--scheduler", options->scheduler, "As for `takt run`");
+  as_option(*command, options->as);
   whole_number(command->add_option("--cpus", options->cpus,
                                    "So many CPUs, from 0 on, instead of those of `machine:`"),
                1, 1024);

@@ -49,7 +49,7 @@ class Names {
 
 std::string other_names(const Comparison& row) {
   std::string text;
-  if (row.placement != "file") text += " " + row.placement;
+  if (row.placement != "file" && row.placement != "as") text += " " + row.placement;
   if (!row.scheduler.empty()) text += " " + row.scheduler;
   if (row.composition != "file") text += " " + row.composition;
   return text;

@@ -264,7 +264,7 @@ void print_file(std::span<const Compared> of_file, bool is_paired) {
 
 std::string RowName::text() const {
   std::string text = executor;
-  if (placement != "file") text += " " + placement;
+  if (placement != "file" && placement != "as") text += " " + placement;
   if (scheduler != "file") text += " " + scheduler;
   if (composition != "file") text += " " + composition;
   return text;

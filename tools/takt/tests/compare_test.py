@@ -76,6 +76,32 @@ for words in (("--compositions", "single"), ("--", "true")):
 _, errors = run("compare", "one.yaml", "--model", "m.yaml", status=2)
 check("a model is for simulations", "--model is for --simulate" in errors, errors)
 
+# ---- Published executors ----
+pathlib.Path("own.yaml").write_text("""
+executors: {mine: {type: events, scheduler: edf}}
+container: {components: [{component: takt::Workload, name: nobody}]}
+""")
+compared = json.loads(run("compare", "one.yaml", "--simulate", "--executors", "file", "--as", "ros_rt,./own.yaml", "--duration", "1s",
+                          "--json", "-")[0])["runs"]
+check("published executors come after those of Takt, also one of a file",
+      [(run["executor"], run["placement"]) for run in compared] == [("file", "file"), ("ros_rt", "as"), ("./own.yaml", "as")], compared)
+check("they are what they are made of", [(run["executors"][0]["type"], run["executors"][0]["scheduler"]) for run in compared] ==
+      [("events", "fifo"), ("preemptive", "fixed_priority"), ("events", "edf")], compared)
+for command in ("run", "simulate", "analyze", "plan", "compare"):
+    for word, parts in (("pica", ("the catalogue has no 'pica'", "did you mean 'picas'?", "./pica.yaml")),
+                        ("rclc", ("fits no other file", "copy its `executors`")),
+                        ("./none.yaml", ("none.yaml", "No such file"))):
+        _, errors = run(command, "one.yaml", "--as", word, status=2)
+        check(f"takt {command} refuses --as {word}", all(part in errors for part in parts) and errors.count("\n") == 1, errors)
+for words in (("one.yaml", "--executor", "events"), ("one.yaml", "--scheduler", "edf"), ("one.yaml", "--placement", "merged"),
+              ("--name", "robot"), ("one.yaml", "--", "true")):
+    _, errors = run("run", "--as", "picas", *words, status=2)
+    check(f"--as goes not with {words[1]}", "--as" in errors, errors)
+shown, _ = run("run", "one.yaml", "--as", "picas", "--duration", "100ms")
+check("a run is under it", re.search(r"^brake +chain_aware +brake ", shown, re.M), shown)
+shown, _ = run("plan", "one.yaml", "--method", "rate_monotonic")
+check("a plan shows priorities by another method", re.search(r"^/motor +contact +default +brake +2 +10 ", shown, re.M), shown)
+
 # ---- Six repeats ----
 shown, _ = run(*TWO, "--repeat", "6", "--json", "six.json", "--csv", "six.csv", "--save", "before")
 title = [line for line in shown.split("\n") if "95 % intervals, pairs of runs that took turns" in line]
