@@ -44,6 +44,7 @@ CallbackParameters CallbackParameters::or_else(const CallbackParameters& others)
   fill(result.criticality, others.criticality);
   fill(result.overrun, others.overrun);
   fill(result.releases, others.releases);
+  fill(result.serving, others.serving);
   fill(result.on_deadline_miss, others.on_deadline_miss);
   fill(result.on_overrun, others.on_overrun);
   return result;

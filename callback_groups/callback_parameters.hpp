@@ -26,6 +26,13 @@ enum class OverrunPolicy {
 /// The words of the configuration file with what they mean.
 const std::vector<std::pair<std::string, OverrunPolicy>>& overrun_policies();
 
+/// How a callback is served in a mode: see Container::set_mode.
+enum class Serving {
+  usual,
+  demoted,  // after all others, where the order is one of urgencies or deadlines
+  dropped,  // what arrives is taken and discarded, also after all others; a timer keeps its phase
+};
+
 /// The argument of a handler.
 struct OverrunReport {
   std::string_view node, callback;  // valid during the call
@@ -50,6 +57,7 @@ struct CallbackParameters {
   std::optional<OverrunPolicy> overrun;
   std::optional<int> releases;  // of a timer that may wait; else 1: those that come meanwhile are
                                 // missed
+  std::optional<Serving> serving;  // else as usual; a container's modes set it
   OverrunHandler on_deadline_miss, on_overrun;
 
   /// These, completed by those of `others` that are not set here.

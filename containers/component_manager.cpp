@@ -10,6 +10,7 @@
 #include "takt/containers/configuration/system_reader.hpp"
 #include "takt/containers/container.hpp"
 #include "takt/containers/set_callback_parameters.hpp"
+#include "takt/containers/set_mode.hpp"
 #include "takt/containers/structure.hpp"
 #include "takt/messages/composition_interfaces/srv/list_nodes.hpp"
 #include "takt/messages/composition_interfaces/srv/unload_node.hpp"
@@ -167,6 +168,21 @@ std::shared_ptr<Entity> statistics_service(Node& node, const Container& containe
       rare_service());
 }
 
+std::shared_ptr<Entity> mode_service(Node& node, Container& container,
+                                     const std::shared_ptr<CallbackGroup>& group) {
+  return node.create_service<SetMode>(
+      "~/set_mode",
+      [&container](const auto& request, auto& response) {
+        try {
+          container.set_mode(request.mode);
+          response.success = true;
+        } catch (const std::exception& error) {
+          response.reason = error.what();
+        }
+      },
+      group, rare_service());
+}
+
 }  // namespace
 
 ComponentDescription describe(const ci::LoadNode::Request& request,
@@ -216,6 +232,8 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
       loading, rare_service()));
   services_.push_back(list_service(*node, container));
   services_.push_back(structure_service(*node, container, make_group("get_structure")));
+  if (!container.description().modes.empty())
+    services_.push_back(mode_service(*node, container, make_group("set_mode")));
   observe(container);
   own_ = serve(node);
 }

@@ -13,6 +13,7 @@
 #include "takt/containers/container_parts.hpp"
 #include "takt/containers/diagnostics.hpp"
 #include "takt/containers/lttng.hpp"
+#include "takt/containers/modes.hpp"
 #include "takt/containers/unloading_threads.hpp"
 #include "takt/containers/watching/bound_watch.hpp"
 #include "takt/executors/latency_slices.hpp"
@@ -53,6 +54,7 @@ Placement parse_placement(const std::string& word, const std::string& where) {
 Container::Container(const SystemDescription& description, const ContainerOverrides& overrides)
     : description_(description),
       overrides_(overrides),
+      modes_(std::make_shared<Modes>(description.modes)),
       executors_(std::make_unique<RunningExecutors>()),
       trace_(std::make_unique<RunningTrace>(*executors_)),
       first_callbacks_(std::make_unique<FirstCallbacks>(*this)) {
@@ -79,6 +81,7 @@ Container::Container(const SystemDescription& description, const ContainerOverri
     note(watchdog_->state().refused);
   }
   make_executors();
+  if (!description_.modes.empty()) prepare_modes();
   place_components();
   if (!errors_.empty()) throw ConfigurationError(errors_);
   if (overrides_.watches_bounds || description_.watches_bounds) make_bound_watch();
@@ -105,6 +108,7 @@ Container::~Container() {
   std::vector<std::shared_ptr<Loaded>> components;
   components.swap(shared_.lock()->components);
   while (!components.empty()) components.pop_back();
+  modes_->set_waker(nullptr);
   // Executors and users may hold nodes, and so their time source.
   if (time_source_ != nullptr) time_source_->set_host(nullptr);
 }
@@ -136,7 +140,7 @@ bool Container::needs_manager() const {
            (sim_time != component.parameters.end() && sim_time->second == ParameterValue(true));
   };
   return (participant_ != nullptr && !description_.is_split_off) || is_seen_program(overrides_) ||
-         has_thread(kServiceThread) || description_.lifecycle ||
+         has_thread(kServiceThread) || description_.lifecycle || !description_.modes.empty() ||
          std::any_of(description_.components.begin(), description_.components.end(), needs_it);
 }
 
@@ -161,6 +165,9 @@ void Container::make_manager() {
           std::make_unique<Diagnostics>(*this, *service_node_, manager_->make_group("diagnostics"));
     make_own_executor(kServiceThread).add_node(service_node_);
   }
+  mode_wanted_ = service_node_->create_guard_condition(
+      "mode_wanted", [this] { switch_mode(); }, manager_->make_group("mode"));
+  modes_->set_waker(mode_wanted_.get());
   failed_ = service_node_->create_guard_condition(
       "failed", [this] { displace_failed(); }, manager_->make_group("failed"));
   time_source_->set_host(service_node_);

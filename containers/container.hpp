@@ -41,6 +41,7 @@ class RunningExecutors;
 class RunningTrace;
 class UnloadingThreads;
 class BoundWatch;
+class Modes;
 
 /// Where components run under an executor type that overrides the file's.
 enum class Placement {
@@ -169,6 +170,14 @@ class Container {
   /// could then miss it. Thread safety: from any thread.
   void change_parameters(const std::string& changes);
 
+  /// Leads to a mode of the file's `modes:`, or back to "normal". Its changes take effect at the
+  /// next dispatch of each executor: what a thread picks after this has returned is served as the
+  /// mode says. Throws Error if no mode is called so. Thread safety: from any thread but those of
+  /// executors, where NodeOptions::request_mode is for that.
+  void set_mode(const std::string& mode);
+  /// The one in force. Thread safety: from any thread.
+  std::string mode() const;
+
   /// The publishers and subscriptions that other processes can discover; empty without DDS.
   std::vector<EndpointState> endpoints() const;
 
@@ -247,6 +256,13 @@ class Container {
   Errors lost_guarantees(const ModelledProcess& with, const std::string& how,
                          const char* remedy) const;
   void check_listed_callbacks();
+  void prepare_modes();
+  void check_demoted(const ModeDescription& mode, const ModeDescription::Callback& listed,
+                     const Plan::Callback& callback);
+  void lead_to_mode(std::size_t mode, const Plan::Callback& callback);
+  void switch_mode();
+  void serve_as_in(std::size_t mode, const std::shared_ptr<Node>& node);
+  void serve_as_in_present_mode(const std::shared_ptr<Node>& node);
   void place(const Loaded& loaded);
   void displace(Loaded& loaded);
   Components loaded_components() const;
@@ -284,6 +300,7 @@ class Container {
   std::vector<ThreadStatistics> dds_threads_;
   std::map<int, ThreadStatistics> counted_;  // what the kernel has counted, by thread
   std::shared_ptr<Watchdog> watchdog_;
+  const std::shared_ptr<Modes> modes_;  // components and handlers have it, too
   const std::unique_ptr<RunningExecutors> executors_;
   const std::unique_ptr<RunningTrace> trace_;
   const std::unique_ptr<FirstCallbacks> first_callbacks_;
@@ -299,6 +316,7 @@ class Container {
   std::unique_ptr<HeartbeatSender> heartbeats_;
   std::unique_ptr<LifecycleManager> lifecycle_;  // in one process of the system
   std::shared_ptr<GuardCondition> failed_;       // a failed component must leave its executors
+  std::shared_ptr<GuardCondition> mode_wanted_;  // another one than that in force
   std::vector<std::shared_ptr<Chain>> chains_;
   detail::Guarded<std::unique_ptr<BoundWatch>> bound_watch_;  // nullptr: nothing is watched
   TimePoint next_look_ = kNever;                              // at bounds

@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "takt/containers/container_parts.hpp"
+#include "takt/containers/modes.hpp"
 #include "takt/containers/unloading_threads.hpp"
 #include "takt/entities/wait_in_callback.hpp"
 
@@ -176,6 +177,7 @@ std::shared_ptr<Container::Loaded> Container::make(const ComponentDescription& c
   options.clock = overrides_.clock;
   options.time_source = time_source_;
   options.end_container = overrides_.end;
+  options.request_mode = [modes = modes_](std::string_view mode) { return modes->request(mode); };
   const std::size_t before = errors.size();
   const auto failed = [&](std::string_view why) {
     errors.push_back(
@@ -267,6 +269,7 @@ LoadedComponent Container::load(ComponentDescription component) {
     if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->begin_phase();
   }
   try {
+    serve_as_in_present_mode(node);
     place(*loaded);
     serve(*loaded);
   } catch (...) {

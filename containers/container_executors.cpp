@@ -155,6 +155,7 @@ void Container::FirstCallbacks::begin(RunningExecutor& running) {
 void Container::FirstCallbacks::entity_added(Node& node, const std::shared_ptr<Entity>& entity) {
   const auto loaded = container_.shared_.lock()->find(node.fully_qualified_name());
   if (loaded == nullptr) return;
+  container_.serve_as_in_present_mode(loaded->node());
   begin(*loaded, *entity->group());
   // A group that was made again under its name is on the executor of its node.
   if (!loaded->own_executor(*entity->group()).empty()) {

@@ -10,6 +10,7 @@
 
 #include "takt/containers/container_parts.hpp"
 #include "takt/containers/diagnostics.hpp"
+#include "takt/containers/modes.hpp"
 #include "takt/containers/process_usage.hpp"
 #include "takt/containers/watching/bound_watch.hpp"
 #include "takt/transport/local_topics.hpp"
@@ -105,6 +106,7 @@ ProcessResult Container::result() const {
     result.notes = shared->notes;
     result.failures = shared->failures;
   }
+  result.mode_switches = modes_->switches(released_);
   for (const auto& chain : chains_) {
     result.chains.push_back(
         {chain->options().name, chain->options().deadline, chain->statistics()});

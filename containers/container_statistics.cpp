@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "takt/containers/container_parts.hpp"
+#include "takt/containers/modes.hpp"
 #include "takt/containers/process_usage.hpp"
 #include "takt/containers/watching/bound_watch.hpp"
 #include "takt/nodes/callback_info.hpp"
@@ -129,7 +130,13 @@ GetStatistics::Response Container::statistics() const {
 }
 
 TraceContainer::Response Container::trace(const TraceContainer::Request& request) {
-  return trace_->serve(request);
+  TraceContainer::Response answer = trace_->serve(request);
+  if (request.command != "stop" || !answer.success) return answer;
+  for (const ProcessResult::ModeSwitch& each : modes_->switches()) {
+    if (each.end_ns < answer.begin_ns || each.begin_ns > answer.end_ns) continue;
+    answer.modes.push_back({each.mode, each.cause, each.begin_ns, each.end_ns});
+  }
+  return answer;
 }
 
 // The parameters in force, which may change while it runs; and what executors keep for their

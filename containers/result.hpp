@@ -50,11 +50,22 @@ struct ProcessResult {
     std::string process = {};
   };
 
+  /// A mode of `modes:` came into force.
+  struct ModeSwitch {
+    std::string mode, cause;
+    Nanoseconds after{0};  // the start of the timers
+    /// By the clock of the executors. What a thread picks after `end_ns` is served as the mode
+    /// says.
+    std::int64_t begin_ns = 0, end_ns = 0;
+    std::string process = {};
+  };
+
   std::string name;
   std::vector<Callback> callbacks;
   std::vector<ChainResult> chains;
   std::vector<UsedExecutor> executors;
   std::optional<std::vector<Deviation>> deviations;  // nullopt: nobody watched
+  std::vector<ModeSwitch> mode_switches;
   std::vector<Thread> threads;
   double duration_s = 0;
   double cpu_percent = 0;  // of one CPU

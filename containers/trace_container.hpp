@@ -53,6 +53,11 @@ struct TraceContainer {
     std::uint32_t thread = 0;
     std::string name;
   };
+  /// It came into force, see ProcessResult::ModeSwitch.
+  struct Mode {
+    std::string mode, cause;
+    std::int64_t begin_ns = 0, end_ns = 0;
+  };
   struct Request {
     std::string command;     // "start", "stop", "read", "forget"
     std::string clock;       // of `start`: see TraceClock
@@ -70,6 +75,7 @@ struct TraceContainer {
     std::vector<Callback> callbacks;
     std::vector<Name> names;
     std::string missing;  // what is missing of the switches, and why
+    std::vector<Mode> modes;
     // Of `read`:
     std::vector<Event> events;
     std::vector<Switch> switches;
@@ -84,11 +90,12 @@ TAKT_MESSAGE(TraceContainer::Callback, "takt_interfaces/msg/TraceCallback", name
 TAKT_MESSAGE(TraceContainer::Thread, "takt_interfaces/msg/TraceThread", executor, executor_type,
              scheduler, name, tid, is_realtime, is_held, overwritten);
 TAKT_MESSAGE(TraceContainer::Name, "takt_interfaces/msg/TraceName", thread, name);
+TAKT_MESSAGE(TraceContainer::Mode, "takt_interfaces/msg/TraceMode", mode, cause, begin_ns, end_ns);
 TAKT_MESSAGE(TraceContainer::Request, "takt_interfaces/srv/TraceContainer_Request", command, clock,
              page);
 TAKT_MESSAGE(TraceContainer::Response, "takt_interfaces/srv/TraceContainer_Response", success,
              reason, clock, begin_ns, end_ns, begin_offset_ns, end_offset_ns, pages, threads,
-             callbacks, names, missing, events, switches);
+             callbacks, names, missing, modes, events, switches);
 
 }  // namespace takt
 

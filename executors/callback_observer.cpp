@@ -55,6 +55,13 @@ struct CallbackObserver::State final : private Watchdog::Watched {
     result.trace_overwritten = rings[index].overwritten();
     return result;
   }
+  /// What counts it if nobody executes what was taken; nullptr: somebody does.
+  Counter<>* discarded(Callback& callback, const Slot& slot) {
+    const std::lock_guard guard(lock);
+    if (callback.is_dropped()) return &callback.counts.dropped_by_mode;
+    const bool is_aborted = !callback.is_timer() && AbortedInstances::contains(slot.chain_instance);
+    return is_aborted ? &callback.counts.discarded : nullptr;
+  }
   bool records_times() const noexcept { return options.statistics == StatisticsLevel::full; }
   CallbackStatistics statistics_of(const Callback& callback, bool has_ended) const {
     Entity::Counts counts = callback.entity_counts(has_ended, has_ended);
@@ -106,10 +113,11 @@ namespace {
 
 detail::CallbackSettings settings_of(const detail::Observed& callback, const Node& node,
                                      CallbackId id) {
-  const OverrunPolicy overrun =
-      node.callback_parameters(*callback.entity).overrun.value_or(OverrunPolicy::catch_up);
+  const CallbackParameters parameters = node.callback_parameters(*callback.entity);
   const CallbackInfo ids{.id = id, .kind = callback.entity->kind(), .registration = id};
-  return {.info = callback_info(node, *callback.entity, ids), .overrun = overrun};
+  return {.info = callback_info(node, *callback.entity, ids),
+          .overrun = parameters.overrun.value_or(OverrunPolicy::catch_up),
+          .serving = parameters.serving.value_or(Serving::usual)};
 }
 
 }  // namespace
@@ -168,7 +176,7 @@ CallbackInfo CallbackObserver::info(const Callback& callback) const {
 
 bool CallbackObserver::is_demoted(const Callback& callback) const {
   const std::lock_guard lock(state_->lock);
-  return callback.is_demoted;
+  return callback.is_demoted || callback.settings.serving != Serving::usual;
 }
 
 // ---- What was counted ----
@@ -311,12 +319,12 @@ bool CallbackObserver::Thread::run(Callback& callback) {
   Slot slot;
   slot.sequence = next_sequence();
   if (!callback.entity->take(slot)) return false;
-  if (callback.is_timer() || !AbortedInstances::contains(slot.chain_instance)) {
+  if (Counter<>* const discarded = observer.discarded(callback, slot); discarded == nullptr) {
     state_->execute(callback, slot, picked);
   } else {
     callback.entity->discard(slot);
     const std::lock_guard lock(observer.lock);
-    ++callback.counts.discarded;
+    ++*discarded;
   }
   return true;
 }

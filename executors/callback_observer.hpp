@@ -44,7 +44,8 @@ class CallbackObserver {
   static Entity& entity(const Callback& callback) noexcept;
   /// Its priority, deadline, budget and what else an order goes by. `id` counts from 0.
   CallbackInfo info(const Callback& callback) const;
-  /// It was too long or too late, and OverrunPolicy::demote says that all others come first now.
+  /// All others come first now: it was too long or too late (OverrunPolicy::demote), or a mode has
+  /// demoted or dropped it.
   bool is_demoted(const Callback& callback) const;
 
   // As Executor and NodeListener.

@@ -161,7 +161,7 @@ struct ExecutorOptions {
 /// What is counted of one callback since the executor has it. Its first executor counts what was
 /// sent before, too.
 struct CallbackCounts {
-  std::uint64_t received = 0, expected = 0, from_outside = 0, dropped = 0;
+  std::uint64_t received = 0, expected = 0, from_outside = 0, dropped = 0, dropped_by_mode = 0;
   std::optional<std::uint64_t> late, too_late;  // nullopt: no publisher's period is known
   std::uint64_t deadline_misses = 0, overruns = 0, skipped = 0;
 };
@@ -189,7 +189,7 @@ struct CountedCallback : CallbackCounts {
   /// Messages that were sent to this callback, but neither received nor counted as dropped.
   /// Anything but 0 is a defect.
   std::uint64_t lost() const noexcept {
-    const std::uint64_t served = received + dropped;
+    const std::uint64_t served = received + dropped + dropped_by_mode;
     return kind != EntityKind::subscription || served > expected ? 0 : expected - served;
   }
 };

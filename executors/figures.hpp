@@ -16,11 +16,14 @@ template <>
 inline constexpr auto kFields<CallbackCounts> = std::tuple{
     sum("received", &CallbackCounts::received, "Executions."),
     sum("expected", &CallbackCounts::expected,
-        "Messages that were sent to it; of a timer the same as received; 0 for waitables."),
+        "Messages that were sent to it; of a timer the releases that were taken; 0 for "
+        "waitables."),
     sum("from_outside", &CallbackCounts::from_outside,
         "Of these, messages that came from other processes.", Since::later),
     sum("dropped", &CallbackCounts::dropped,
         "Overwritten before they were taken, or of an aborted instance of a chain."),
+    sum("dropped_by_mode", &CallbackCounts::dropped_by_mode,
+        "Messages, or releases of a timer, that came in a mode that drops them.", Since::later),
     sum("late", &CallbackCounts::late,
         "Of period T, later than the smaller of 20 % of T and 5 ms. null: the publisher's period "
         "is not known here, as with messages from other processes."),
@@ -46,7 +49,7 @@ inline constexpr auto kFields<CountedCallback> = std::tuple{
     keep("topic", &CountedCallback::topic, "As resolved; empty for all but subscriptions."),
     BasePart<CallbackCounts>{},
     computed("lost", &CountedCallback::lost,
-             "expected - received - dropped, for subscriptions; else 0."),
+             "expected - received - dropped - dropped_by_mode, for subscriptions; else 0."),
 };
 
 template <>

@@ -95,6 +95,18 @@ inline constexpr auto kFields<ProcessResult::Deviation> = std::tuple{
 };
 
 template <>
+inline constexpr auto kFields<ProcessResult::ModeSwitch> = std::tuple{
+    keep("process", &ProcessResult::ModeSwitch::process, "Its name."),
+    keep("mode", &ProcessResult::ModeSwitch::mode, "That came into force."),
+    keep("cause", &ProcessResult::ModeSwitch::cause, "Why it did."),
+    keep("after_us", &ProcessResult::ModeSwitch::after, "Since the start of the timers."),
+    keep("begin_ns", &ProcessResult::ModeSwitch::begin_ns,
+         "When executors got the changes, by the clock of the trace's events."),
+    keep("end_ns", &ProcessResult::ModeSwitch::end_ns,
+         "What a thread picks later is served as the mode says."),
+};
+
+template <>
 inline constexpr auto kFields<rt::Run::Releases> = std::tuple{
     sum("due", &rt::Run::Releases::due, "Releases that were due."),
     sum("served", &rt::Run::Releases::served, "Those that a callback has run for."),
@@ -132,7 +144,7 @@ inline constexpr auto kFields<rt::Run> = std::tuple{
     keep("repeat", &rt::Run::repeat, "From 0; always 0 for takt run."),
     sum("callbacks", &rt::Run::callbacks, "Of components."),
     computed("releases", &rt::Run::releases,
-             "Of all timers together. What was not served was skipped."),
+             "Of all timers together. What was not served was skipped, or dropped by a mode."),
     sum("chains", &rt::Run::chains, "One for each piece of a chain that lies in one process."),
     sum("executors", &rt::Run::executors,
         "Those of components that ran; without the container's own.", Since::later),
@@ -142,6 +154,8 @@ inline constexpr auto kFields<rt::Run> = std::tuple{
         Since::later),
     sum("deviations", &rt::Run::deviations,
         "Only with --watch-bounds: what the analysis assumes, and was otherwise.", Since::later),
+    sum("mode_switches", &rt::Run::mode_switches,
+        "Of the file's `modes:`, the last thousand of each process.", Since::later),
     sum("notes", &rt::Run::notes, "What was refused, ignored or left undone.", Since::later),
     sum("trace", &rt::Run::trace,
         "Only by TAKT_TRACE: for takt run --trace, which makes a timeline of it.", Since::later),

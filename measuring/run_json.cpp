@@ -37,6 +37,7 @@ Run::Releases Run::releases() const {
     if (callback.statistics.kind != EntityKind::timer) continue;
     releases.served += callback.statistics.received;
     releases.due += callback.statistics.received + callback.statistics.skipped;
+    releases.due += callback.statistics.dropped_by_mode;
   }
   return releases;
 }
@@ -47,6 +48,7 @@ Run run_of(ProcessResult process) {
           .chains = std::move(process.chains),
           .executors = std::move(process.executors),
           .deviations = std::move(process.deviations),
+          .mode_switches = std::move(process.mode_switches),
           .notes = std::move(process.notes)};
   for (const ProcessResult::Thread& thread : process.threads) {
     const ThreadStatistics& statistics = thread.statistics;
@@ -73,6 +75,7 @@ Run run_of(ProcessResult process) {
   name(run.callbacks);
   name(run.chains);
   name(run.executors);
+  name(run.mode_switches);
   name(run.threads);
   if (run.deviations) name(*run.deviations);
   if (run.trace) name(*run.trace);

@@ -19,10 +19,11 @@ std::map<Object*, CallbackParameters> after(
   std::map<Object*, CallbackParameters> result;
   for (const auto& change : changes) {  // clang 14 captures no structured bindings
     const std::string& name = change.first;
-    const auto object = std::find_if(objects.begin(), objects.end(), [&](const auto& candidate) {
+    // Of two of one name, the older one is about to go.
+    const auto object = std::find_if(objects.rbegin(), objects.rend(), [&](const auto& candidate) {
       return candidate->name() == name;
     });
-    if (object == objects.end()) {
+    if (object == objects.rend()) {
       std::vector<std::string> names;
       for (const auto& candidate : objects) names.push_back(candidate->name());
       throw Error(fmt::format("node '{}' has no {} '{}'", node.fully_qualified_name(), what, name),

@@ -51,6 +51,10 @@ struct NodeOptions {
   /// Ends the container that makes the node, in order, as a signal would; from any thread, without
   /// waiting. Empty: it cannot, or there is no container.
   std::function<void()> end_container;
+  /// Asks the container for a mode of its file, see Container::set_mode. From any thread, without
+  /// waiting, also in callbacks: it neither allocates nor blocks. False: there is none of that
+  /// name. Empty: there is no container.
+  std::function<bool(std::string_view mode)> request_mode;
   /// How long a thread that drops an entity of this node waits for its callback, see Node. After
   /// that it goes on: nothing of the entity begins any more, and an execution ends by itself. For
   /// programs that drop entities while they hold what a callback needs.

@@ -2,7 +2,9 @@
 #include "takt/sched/ranks.hpp"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
+#include <utility>
 
 namespace takt {
 namespace {
@@ -39,6 +41,28 @@ std::vector<std::size_t> ranks_of(std::span<const CallbackInfo> infos, const std
     ranks[order[i]] = ranks[order[i - 1]] + (is_before(order[i - 1], order[i]) ? 1 : 0);
   }
   return ranks;
+}
+
+bool heeds_demotion(const std::string& scheduler, const OwnValues& own) {
+  CallbackInfo urgent{.priority = 1,
+                      .period = Nanoseconds(1),
+                      .deadline = Nanoseconds(1),
+                      .criticality = 1,
+                      .chain = 1,
+                      .chain_deadline = Nanoseconds(1)};
+  CallbackInfo last = demoted(urgent);
+  last.id = 1;
+  // An order by registration would be right by chance in one of the two.
+  const auto comes_last = [&] {
+    const auto ranks = ranks_of(std::array{urgent, last}, scheduler, own);
+    return ranks[0] < ranks[1];
+  };
+  last.registration = last.group = last.node = 1;
+  if (!comes_last()) return false;
+  std::swap(urgent.registration, last.registration);
+  std::swap(urgent.group, last.group);
+  std::swap(urgent.node, last.node);
+  return comes_last();
 }
 
 }  // namespace takt

@@ -20,6 +20,10 @@ namespace TAKT_PUBLIC takt {
 std::vector<std::size_t> ranks_of(std::span<const CallbackInfo> infos, const std::string& scheduler,
                                   const OwnValues& own = {});
 
+/// Whether a callback comes after all others that have urgencies and deadlines when it is demoted,
+/// see demoted(). The same.
+bool heeds_demotion(const std::string& scheduler, const OwnValues& own = {});
+
 }  // namespace takt
 
 #endif  // TAKT_SCHED_RANKS_HPP_

@@ -52,6 +52,14 @@ struct CallbackInfo {
   friend bool operator==(const CallbackInfo&, const CallbackInfo&) = default;
 };
 
+/// The same callback, after all others as far as the order goes by urgencies or deadlines.
+constexpr CallbackInfo demoted(CallbackInfo info) noexcept {
+  info.priority = info.criticality = std::numeric_limits<int>::min();
+  info.chain = kNoChain;
+  info.period = info.deadline = info.chain_deadline = Nanoseconds::zero();
+  return info;
+}
+
 /// One callback that is ready. The executor owns the record; there is one for each entity.
 struct ReadyCallback {
   const CallbackInfo* info = nullptr;

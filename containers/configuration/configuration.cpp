@@ -136,6 +136,10 @@ std::vector<SystemDescription> split(const SystemDescription& system, Compositio
     }
     process->components.push_back(component);
   }
+  if (processes.size() > 1 && !system.modes.empty()) {
+    throw Error(fmt::format("modes are for one process, and there are {}", processes.size()),
+                "choose another composition, or leave out `modes`", system.modes.front().where);
+  }
   std::string manager;  // of the lifecycle: the process of the node that comes up first
   for (const SystemDescription& process : processes) {
     for (const ComponentDescription& component : process.components) {

@@ -61,7 +61,9 @@ SystemDescription ConfigurationReader::read(const Value& root) {
   read_file(root);
   check_number_of_containers(root);
   check_that_loading_can_be_asked_for(root);
-  check_watching(root);
+  if (system_.watches_bounds)
+    check_that_one_process_runs(root, *document::find(*document::find(root, "analysis"), "watch"));
+  if (!system_.modes.empty()) check_that_one_process_runs(root, *document::find(root, "modes"));
   check_cpus_of_threads();
   threads_.check_bands();
   if (const Value* executors = document::find(root, "executors"); executors != nullptr) {
@@ -176,18 +178,20 @@ void ConfigurationReader::read_file(const Value& root) {
       {"chains",
        "Sequences of callbacks whose end-to-end latency is measured. `auto`: every path from a "
        "timer to its last callback is a chain; a shorter period means a higher criticality.",
-       [this](const Value& chains) { read_chains(chains); }}};
+       [this](const Value& chains) { read_chains(chains); }},
+      {"modes",
+       "What is left out when not all can be done, by name. `normal` is the mode without changes, "
+       "in which a container begins.",
+       each_in_map([this](const Value& mode) { read_mode(mode); })}};
   fields.insert(fields.end(), of_its_analysis.begin(), of_its_analysis.end());
   read_root(root, "the file", fields);
 }
 
-// Each process would know only its own part of what bounds rest on, and a program more than that.
-void ConfigurationReader::check_watching(const Value& root) {
-  if (!system_.watches_bounds) return;
-  const auto* const analysis = document::find(root, "analysis");
+// Each process would know only its own part of the system, and a program more than that.
+void ConfigurationReader::check_that_one_process_runs(const Value& root, const Value& value) {
   const auto refuse = [&](const std::string& why) {
-    errors_.add(document::find(*analysis, "watch")->line,
-                fmt::format("`watch` is for a file with one process: {}", why), "leave it out");
+    errors_.add(value.line, fmt::format("`{}` is for a file with one process: {}", value.name, why),
+                "leave it out");
   };
   if (document::find(root, "nodes") != nullptr) refuse("this one is for a program");
   std::set<std::string> containers;

@@ -91,7 +91,7 @@ class ConfigurationReader : private SystemReader {
   void check_number_of_containers(const Value& root);
   void check_file_of_program(const Value& root, const Value& nodes);
   void check_that_loading_can_be_asked_for(const Value& root);
-  void check_watching(const Value& root);
+  void check_that_one_process_runs(const Value& root, const Value& value);
   std::string read_container(const Value& value);
   Read into_load(LoadPolicy& load);
   void read_folder(const Value& value, LoadPolicy& load);
@@ -129,6 +129,11 @@ class ConfigurationReader : private SystemReader {
   void read_chain(const Value& value);
   void read_step(const Value& value, ChainDescription& chain,
                  std::set<std::pair<std::string, std::string>>& steps);
+
+  // Modes
+  void read_mode(const Value& value);
+  std::optional<ModeDescription::Callback> mode_callback(const Value& value);
+  void check_mode(const Value& value, const ModeDescription& mode);
 
   const LoadPolicy* policy_ = nullptr;  // applies to requests; nullptr: a file may load anything
   std::set<std::string> broken_;        // schedulers and wait back ends, which were reported

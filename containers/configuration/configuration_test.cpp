@@ -209,7 +209,7 @@ TEST(Configuration, RefusesUnknownKeysWithTheNearestOne) {
             "realtime, memory, cpu_dma_latency_us, threads, dds, topics, schedulers, "
             "wait_backends, executors, nodes, container, containers, lifecycle, machine, model, "
             "analysis, accept, priorities, "
-            "chains\n");
+            "chains, modes\n");
   EXPECT_EQ(errors_of("threads:\n  control:\n    prioritty: 5\n"),
             "robot.yaml:3: 'prioritty' is not a key of a thread; did you mean 'priority'? valid: "
             "policy, priority, nice, affinity, runtime, deadline, period\n");

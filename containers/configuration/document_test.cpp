@@ -253,7 +253,8 @@ TEST(YamlDocument, DoesNotWriteOnTheTerminalOfItsReader) {
       yaml_errors("\"a\\e[31m\\nb\": 1\ncontainer: {}\n"),
       "robot.yaml:1: 'a\\u001b[31m\\nb' is not a key of the file; valid: realtime, memory, "
       "cpu_dma_latency_us, threads, dds, topics, schedulers, wait_backends, executors, nodes, "
-      "container, containers, lifecycle, machine, model, analysis, accept, priorities, chains\n"
+      "container, containers, lifecycle, machine, model, analysis, accept, priorities, chains, "
+      "modes\n"
       "robot.yaml:2: a container needs the key 'components'; add it\n");
   EXPECT_EQ(yaml_errors("\"a\\0b\": 1\n"),
             "robot.yaml:1: this text contains a zero byte; remove it\n");

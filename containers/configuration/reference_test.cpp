@@ -41,7 +41,7 @@ TEST(Reference, HasASectionForEachKindOfMap) {
                           "a node of a program", "a callback group", "a callback", "an execution",
                           "an arrival", "a container", "a restart", "a load policy", "a component",
                           "the lifecycle", "a machine", "overheads", "a publishing overhead",
-                          "an analysis", "a chain"));
+                          "an analysis", "a chain", "a mode", "what leads to a mode"));
   EXPECT_THAT(titles(describe_workload()), ElementsAre("the file", "a node", "a publisher",
                                                        "a subscriber", "a client", "a server"));
 }

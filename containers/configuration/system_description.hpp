@@ -123,6 +123,21 @@ struct ChainDescription {
   SourceLine where;
 };
 
+/// One entry of `modes:`. Its callbacks, as "node/callback", without a first slash.
+struct ModeDescription {
+  struct Callback {
+    std::string name;
+    SourceLine where;
+  };
+  std::string name;
+  std::vector<Callback> drop, demote;
+  std::optional<Callback> on_overrun;  // of this one the mode comes by itself
+  SourceLine where;
+};
+
+/// The mode without changes, which each system has.
+inline constexpr const char* kNormalMode = "normal";
+
 /// The container's reaction to an exception from a component's callback.
 enum class OnException {
   terminate,    // the container stops
@@ -219,6 +234,7 @@ struct SystemDescription {
   std::optional<LifecycleDescription> lifecycle;
   std::vector<ChainDescription> chains;
   std::optional<PriorityMethod> priorities;  // nullopt: picas, where the code gives none either
+  std::vector<ModeDescription> modes;        // besides kNormalMode
   bool finds_chains = false;  // `chains: auto`: every path from a timer to its last callback
   SourceLine chains_where;
   std::vector<std::string> notes;  // remarks of the reader, for the user

@@ -34,6 +34,7 @@ constexpr CoverageEntry kTable[] = {
     {"the file", "accept", kUsed, "assumptions"},
     {"the file", "priorities", kUsed, "the plan gives them to the callbacks, see priority"},
     {"the file", "chains", kUsed, "see a chain"},
+    {"the file", "modes", kNotCovered, "the bounds are those of the mode normal"},
     // Memory
     {"memory", "lock", kUsed, "without it: no_page_faults"},
     // A thread
@@ -206,6 +207,11 @@ constexpr CoverageEntry kTable[] = {
     {"a chain", "path", kUsed, "add_chains"},
     {"a chain", "from", kUsed, "start_is_over"},
     {"a chain", "accept", kUsed, "assumptions"},
+    // A mode
+    {"a mode", "drop", kNotCovered, "see modes of the file"},
+    {"a mode", "demote", kNotCovered, "see modes of the file"},
+    {"a mode", "on", kNotCovered, "see modes of the file"},
+    {"what leads to a mode", "overrun", kNotCovered, "see modes of the file"},
     // A node
     {"a node", "node_name", kUsed,
      "becomes a parameter of takt::Workload, which is constructed with it"},
@@ -347,6 +353,7 @@ constexpr CoverageEntry kTable[] = {
     {"callback parameters", "criticality", kUsed, "see a callback"},
     {"callback parameters", "overrun", kUsed, "see a callback"},
     {"callback parameters", "releases", kUsed, "see a callback"},
+    {"callback parameters", "serving", kNotCovered, "see modes of the file"},
     {"callback parameters", "on_deadline_miss", kUsed,
      "where it may run there is no bound: nobody knows for how long"},
     {"callback parameters", "on_overrun", kUsed, "see on_deadline_miss"},

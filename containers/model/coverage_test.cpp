@@ -79,8 +79,8 @@ std::size_t fields_of(const ThreadAttributes& all) {
   return count(a, b, c, d, e, f, g, h);
 }
 std::size_t fields_of(const CallbackParameters& all) {
-  const auto& [a, b, c, d, e, f, g, h, i] = all;
-  return count(a, b, c, d, e, f, g, h, i);
+  const auto& [a, b, c, d, e, f, g, h, i, j] = all;
+  return count(a, b, c, d, e, f, g, h, i, j);
 }
 std::size_t fields_of(const ExecutorTraits& all) {
   const auto& [a, b, c, d, e, f, g, h, i, j, k] = all;

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "takt/containers/model/model_builder.hpp"
+#include "takt/containers/modes.hpp"
 #include "takt/containers/planning/plan.hpp"
 #include "takt/entities/file_descriptor.hpp"
 #include "takt/entities/guard_condition.hpp"
@@ -35,8 +36,8 @@ std::optional<Nanoseconds> least_of(std::initializer_list<std::optional<Nanoseco
 
 // A timer overruns, too, when it still runs at its next release.
 std::optional<Nanoseconds> handled_after(const CallbackParameters& parameters, Nanoseconds period) {
-  const bool sees_overruns = parameters.on_overrun != nullptr;
-  return least_of({parameters.on_deadline_miss ? parameters.deadline : std::nullopt,
+  const bool sees_overruns = is_of_user(parameters.on_overrun);
+  return least_of({is_of_user(parameters.on_deadline_miss) ? parameters.deadline : std::nullopt,
                    sees_overruns ? parameters.budget : std::nullopt,
                    sees_overruns ? some(period) : std::nullopt});
 }

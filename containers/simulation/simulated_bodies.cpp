@@ -9,6 +9,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/containers/component.hpp"
+#include "takt/containers/modes.hpp"
 #include "takt/entities/staged_outputs.hpp"
 #include "takt/entities/subscription.hpp"
 #include "takt/entities/task_runner.hpp"
@@ -96,7 +97,7 @@ SimulatedBodies::Callback SimulatedBodies::described(const ModelledProcess::Call
   if (result.says_itself) result.besides += result.longest - *said;
   if (result.runs) return result;
   const CallbackParameters parameters = callback.parameters();
-  if (parameters.on_deadline_miss != nullptr || parameters.on_overrun != nullptr)
+  if (is_of_user(parameters.on_deadline_miss) || is_of_user(parameters.on_overrun))
     refuse_body(numbers.name, "its code has a handler of missed deadlines or overruns");
   if (dynamic_cast<const TaskRunner*>(callback.entity.get()) != nullptr)
     refuse_body(numbers.name, "it is a coroutine");

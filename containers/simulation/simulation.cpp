@@ -56,6 +56,12 @@ Simulation::Simulation(SystemDescription system, SimulationOptions options)
 }
 
 void Simulation::refuse_what_differs() {
+  if (!system_.modes.empty()) {
+    refuse(system_,
+           fmt::format("the mode '{}': the thread that switches has no CPU of the simulation",
+                       system_.modes.front().name),
+           "leave out `modes`", system_.modes.front().where);
+  }
   for (const ExecutorDescription& executor : system_.executors) {
     if (!executor.library.empty()) {
       refuse(system_,

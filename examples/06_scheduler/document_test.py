@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Is the C++ block of a document this file, and short? And, where one is given, the YAML block?
+"""Is the C++ or YAML block of a document this file, and short? And, where one is given, the YAML block?
 
 usage: document_test.py DOCUMENT FILE MOST_LINES [YAML]
 """
@@ -17,7 +17,7 @@ def check(language, of):
         sys.exit(f"{document}: its {language} block is not {of}; copy the file into it")
 
 
-check("cpp", file)
+check("yaml" if file.endswith(".yaml") else "cpp", file)
 for one in yaml:
     check("yaml", one)
 lines = len(open(file).read().splitlines())

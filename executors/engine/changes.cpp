@@ -105,8 +105,8 @@ void Changes::configure(ScheduleUpdate& update) const {
   std::vector<CallbackInfo> infos;
   std::unordered_map<const Exclusion*, std::vector<CallbackInfo>> members;
   for (const CallbackRecord* record : update.all) {
-    infos.push_back(record->wanted.info);
-    members[record->exclusion.get()].push_back(record->wanted.info);
+    infos.push_back(record->wanted.seen());
+    members[record->exclusion.get()].push_back(infos.back());
   }
   update.scheduler = schedulers().make(options_.scheduler, options_.scheduler_own);
   update.scheduler->configure(infos);

@@ -139,7 +139,7 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
                        worker.trace.is_on()};
   if (execution.is_taken && AbortedInstances::contains(slot.chain_instance) &&
       record.entity->kind() == EntityKind::subscription) {
-    discard(execution);
+    discard(execution, record.counts.discarded);
   }
   if (!execution.is_taken) {
     if (is_checked) record.supervision->running[worker.index].deadline.store(kNever);
@@ -147,8 +147,10 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
   }
   Dispatch dispatch = record.dispatch(slot, execution.info, outputs, record.exclusion.get());
   const Dispatch::Scope scope(dispatch);
-  if (is_checked) [[unlikely]]
+  if (is_checked) [[unlikely]] {
+    if (execution.is_dropped) return discard(execution, record.counts.dropped_by_mode), times;
     record.begin_checked(worker.index, dispatch);
+  }
   ThreadUsage before;
   if (times.is_traced) [[unlikely]]
     before = ThreadUsage::now();
@@ -229,12 +231,12 @@ bool Dispatcher::starts_at_once(const ExecutionTimes& times,
 
 // ---- What is rare ----
 
-// A message of an aborted chain instance.
-void Dispatcher::discard(Execution& execution) noexcept {
+// A message of an aborted chain instance, or what a mode drops.
+void Dispatcher::discard(Execution& execution, Counter<>& counted) noexcept {
   execution.record->entity->discard(execution.slot);
   execution.is_taken = false;
   const std::lock_guard guard(lock());
-  ++execution.record->counts.discarded;
+  ++counted;
 }
 
 // Gives the exception of a callback to the user's handler, or ends spin with it.

@@ -107,8 +107,9 @@ void Observed::trace(TraceRing& ring, const Slot& slot, const ExecutionTimes& at
 
 bool Observed::must_be_checked(const CallbackSettings& with) const noexcept {
   return with.info.deadline != Nanoseconds::zero() || with.info.budget != Nanoseconds::zero() ||
-         with.overrun != OverrunPolicy::catch_up || supervision->on_overrun ||
-         !entity->chain_steps().empty() || entity->execution_watch() != nullptr;
+         with.overrun != OverrunPolicy::catch_up || with.serving == Serving::dropped ||
+         supervision->on_overrun || !entity->chain_steps().empty() ||
+         entity->execution_watch() != nullptr;
 }
 
 // The watchdog may have looked while the deadline moved from the release to the execution, so it is
@@ -240,11 +241,13 @@ CallbackStatistics Observed::statistics(const Entity::Counts& counted) const {
   statistics.kind = entity->kind();
   statistics.topic = entity->topic();
   statistics.dropped = counted.dropped + counts.discarded;
+  statistics.dropped_by_mode = counts.dropped_by_mode;
   statistics.skipped = counted.missed;
   statistics.overruns += counted.missed;
   statistics.from_outside = counted.from_outside;
   const bool is_timer = entity->kind() == EntityKind::timer;
-  statistics.expected = is_timer ? statistics.received : counted.expected;
+  statistics.expected =
+      is_timer ? statistics.received + statistics.dropped_by_mode : counted.expected;
   return statistics;
 }
 

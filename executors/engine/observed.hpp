@@ -23,10 +23,13 @@ namespace takt::detail {
 struct CallbackSettings {
   CallbackInfo info;
   OverrunPolicy overrun = OverrunPolicy::catch_up;
+  Serving serving = Serving::usual;
   std::uint32_t releases = 1;        // of a timer that may wait
   std::uint64_t label = 0;           // what the executor's rule has said of it
   WorkerSet workers = ~WorkerSet{};  // that may take it
 
+  /// What schedulers see, unless an overrun has demoted it.
+  CallbackInfo seen() const noexcept { return serving == Serving::usual ? info : demoted(info); }
   friend bool operator==(const CallbackSettings&, const CallbackSettings&) = default;
 };
 
@@ -79,6 +82,12 @@ struct Supervision {
     watchdog.expect(until);
   }
 
+  /// What waits is dropped: nobody reports it. The same.
+  void forget_waiting() noexcept {
+    waiting.is_watched = false;
+    waiting.deadline.store(kNever);
+  }
+
   /// A deadline that has passed, and when the next one does.
   struct Miss {
     std::shared_ptr<Supervision> late;  // nullptr: there is none
@@ -100,7 +109,8 @@ struct Supervision {
 struct DispatchCounts {
   Counter<> executions;
   Counter<> with_period, late, too_late, deadline_misses, overruns;
-  Counter<> discarded;  // messages of aborted chain instances
+  Counter<> discarded;        // messages of aborted chain instances
+  Counter<> dropped_by_mode;  // messages and releases
 };
 
 /// Fields without a comment never change, or are serialised by the executor, as all methods are but
@@ -130,6 +140,7 @@ struct Observed {
   std::atomic<std::uint64_t> lost_before{0};  // what the entity had lost when last traced
 
   CallbackId id() const noexcept { return settings.info.id; }
+  bool is_dropped() const noexcept { return settings.serving == Serving::dropped; }
   bool is_timer() const noexcept { return settings.info.kind == EntityKind::timer; }
   /// The deadline of what became ready at that time.
   TimePoint deadline_of(TimePoint ready) const noexcept {

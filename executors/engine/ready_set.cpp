@@ -131,7 +131,8 @@ void ReadySet::exchange_next_snapshot(ScheduleUpdate& update) noexcept {
 void ReadySet::push_checked(CallbackRecord& record) noexcept {
   record.set_urgency();
   const TimePoint deadline = record.deadline_of(record.ready_time);
-  if (watchdog_ != nullptr && deadline != kNever) record.supervision->wait(deadline, *watchdog_);
+  if (watchdog_ != nullptr && deadline != kNever && !record.is_dropped())
+    record.supervision->wait(deadline, *watchdog_);
   hand_back(&record);
 }
 

@@ -2,7 +2,6 @@
 #include "takt/executors/engine/record.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <mutex>
 #include <utility>
 
@@ -28,19 +27,17 @@ void CallbackRecord::set(const CallbackSettings& now) noexcept {
   settings = now;
   workers.store(settings.workers);
   entity->set_most_releases(settings.releases);
-  demoted_info = settings.info;
-  demoted_info.priority = std::numeric_limits<int>::min();
-  demoted_info.criticality = std::numeric_limits<int>::min();
-  demoted_info.chain = kNoChain;
-  demoted_info.period = Nanoseconds::zero();
+  demoted_info = demoted(settings.info);
   is_checked = must_be_checked(settings);
   if (!is_checked) is_demoted = false;
+  if (is_dropped()) supervision->forget_waiting();
   set_urgency();  // it may be waiting: then it goes back with the new urgency
 }
 
 void CallbackRecord::set_urgency() noexcept {
-  info = is_demoted ? &demoted_info : &settings.info;
-  deadline = is_demoted ? kNever : deadline_of(ready_time);
+  const bool is_last = is_demoted || settings.serving != Serving::usual;
+  info = is_last ? &demoted_info : &settings.info;
+  deadline = is_last ? kNever : deadline_of(ready_time);
 }
 
 void CallbackRecord::own_entity() noexcept {
@@ -160,6 +157,7 @@ CallbackSettings settings_of(const CallbackRecord& record, const Node& node) {
   CallbackSettings settings = record.wanted;
   const CallbackParameters parameters = node.callback_parameters(*record.entity);
   settings.overrun = parameters.overrun.value_or(OverrunPolicy::catch_up);
+  settings.serving = parameters.serving.value_or(Serving::usual);
   settings.releases = static_cast<std::uint32_t>(parameters.releases.value_or(1));
   settings.info = callback_info(node, *record.entity, record.wanted.info);
   const NamedCallback callback = named(record, settings.info);

@@ -120,7 +120,10 @@ using RemovedRecords = std::vector<std::unique_ptr<CallbackRecord>>;
 struct Execution {
   /// `has_times`: when it begins and ends is read, and said to the scheduler and the rule.
   Execution(CallbackRecord& picked, bool has_times)
-      : record(&picked), info(picked.info), is_checked(picked.is_checked) {
+      : record(&picked),
+        info(picked.info),
+        is_checked(picked.is_checked),
+        is_dropped(picked.is_dropped()) {
     slot.sequence = picked.sequence;
     if (has_times) as_picked.emplace(AsPicked{picked, picked.settings.label});
   }
@@ -131,7 +134,7 @@ struct Execution {
   CallbackRecord* record;
   const CallbackInfo* info;  // it and what follows as it was picked
   std::optional<AsPicked> as_picked;
-  bool is_checked;
+  bool is_checked, is_dropped;
   bool is_taken = false;
   Slot slot;
 };

@@ -12,8 +12,8 @@ MOST_FIELDS = 15
 # (functions, fields) that the larger ones may have, and why. Never split one only for the number.
 EXCEPTIONS = {
     ("components/recorder.hpp", "Recorder"): (18, 16, "a component, with its parameters"),
-    ("containers/configuration/configuration_reader.hpp", "ConfigurationReader"): (72, 6, "a function for each kind of value"),
-    ("containers/container.hpp", "Container"): (85, 31, "the façade of a process: configure, start, load, stop, result"),
+    ("containers/configuration/configuration_reader.hpp", "ConfigurationReader"): (75, 6, "a function for each kind of value"),
+    ("containers/container.hpp", "Container"): (93, 33, "the façade of a process: configure, start, load, stop, result"),
     ("containers/model/model_builder.hpp", "ModelParts"): (15, 17, "what all steps share"),
     ("containers/model/model_builder.hpp", "ModelBuilder"): (38, 0, "a step for each part of a model"),
     ("entities/entity.hpp", "Entity"): (44, 14, "what executors see of every kind of entity"),

@@ -90,6 +90,13 @@ rt::Run run_of(const Options& options, const Response& stopped,
     row.statistics.node = callback.node;
     row.statistics.callback = callback.callback;
   }
+  for (const TraceContainer::Mode& mode : stopped.modes) {
+    run.mode_switches.push_back({.mode = mode.mode,
+                                 .cause = mode.cause,
+                                 .begin_ns = mode.begin_ns,
+                                 .end_ns = mode.end_ns,
+                                 .process = options.container});
+  }
   run.trace.emplace();
   for (const TraceContainer::Thread& thread : stopped.threads) {
     run.trace->push_back({.process = options.container,

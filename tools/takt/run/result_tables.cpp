@@ -97,6 +97,25 @@ void print_chains(const Run& run) {
   table.print("chains (release of the first callback → end of the last, in µs)");
 }
 
+void print_modes(const Run& run) {
+  if (run.mode_switches.empty()) return;
+  ProcessTable switches(run, {"mode", "after", "cause"});
+  for (const ProcessResult::ModeSwitch& row : run.mode_switches) {
+    switches.add(row.process, {row.mode, microseconds(row.after), row.cause});
+  }
+  switches.print("modes (time from the start of the timers, in µs)");
+  ProcessTable dropped(run, {"node", "callback", "received", "dropped_by_mode"});
+  bool are_some = false;
+  for (const Run::Callback& row : run.callbacks) {
+    if (row.statistics.dropped_by_mode == 0) continue;
+    are_some = true;
+    dropped.add(row.process,
+                {row.statistics.node, row.statistics.callback, count_cell(row.statistics.received),
+                 count_cell(row.statistics.dropped_by_mode)});
+  }
+  if (are_some) dropped.print("what modes have dropped");
+}
+
 void print_topics(const Run& run) {
   if (run.topics.empty()) return;
   ProcessTable table(run, {"topic", "end", "matched", "messages", "uncopied", "lost", "transport"});
@@ -167,6 +186,7 @@ void print_deviations(const Run& run) {
 void print_result(const Run& run) {
   print_callbacks(run);
   print_chains(run);
+  print_modes(run);
   print_topics(run);
   print_threads(run);
   print_processes(run);

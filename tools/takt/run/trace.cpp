@@ -211,6 +211,12 @@ Trace make_trace(const rt::Run& run, bool has_several_processes,
     }
   }
   set_causes(trace.executions, all, trace.threads);
+  for (const ProcessResult::ModeSwitch& mode : run.mode_switches) {
+    const auto time = [&](std::int64_t ns) { return frame.on_clock(Nanoseconds(ns)) - begin; };
+    if (Nanoseconds(mode.end_ns) < first) continue;
+    trace.modes.push_back(
+        {mode.process, mode.mode, mode.cause, time(mode.begin_ns), time(mode.end_ns)});
+  }
   for (const Scheduling::Event& event : frame.scheduling.events) {
     trace.switches.push_back({frame.on_clock(event.time.time_since_epoch()) - begin, event.cpu,
                               event.thread, event.next_thread, event.was_preempted,

@@ -49,12 +49,19 @@ struct TracedSwitch {
   bool was_preempted = false, is_wakeup = false;
 };
 
+/// From `end` on, what a thread picks is served as this mode says.
+struct TracedMode {
+  std::string process, mode, cause;
+  Nanoseconds begin{0}, end{0};
+};
+
 struct Trace {
   /// What else is known of the run: file, duration_s, machine, callbacks, chains; of the times:
   /// clock, and begin_ns, which is 0 of the trace.
   nlohmann::json about;
   std::vector<TracedThread> threads;
   std::vector<TracedExecution> executions;     // sorted by start
+  std::vector<TracedMode> modes;               // read_trace leaves them out, too
   std::vector<TracedSwitch> switches;          // sorted by time; read_trace leaves them out
   std::map<std::uint32_t, std::string> names;  // of threads in these
   std::string missing;                         // of the switches, and why

@@ -110,6 +110,31 @@ TEST(TraceFile, HasASliceForAnExecutionAndOneForItsTimeInTheQueue) {
   EXPECT_EQ(document, expected);
 }
 
+TEST(TraceFile, HasAMarkWhereAModeCameIntoForce) {
+  rt::Run with_modes =
+      run({thread(7, {execution("/node tick", "timer", 5, 5, 0, 10'000, 12'000, 12'500, 14'000)})});
+  with_modes.mode_switches = {
+      {.mode = "early", .cause = "c", .begin_ns = 8'000, .end_ns = 9'000, .process = "robot"},
+      {.mode = "degraded",
+       .cause = "'robot/loop' has overrun",
+       .begin_ns = 12'600,
+       .end_ns = 12'900,
+       .process = "robot"}};
+  write_trace(make_trace(
+                  with_modes, false, [](const rt::Run::Traced&) { return false; }, kFrame),
+              path_of_file());
+  const json document = json::parse(std::ifstream(path_of_file()));
+  std::filesystem::remove(path_of_file());
+  std::vector<json> marks;
+  for (const json& event : document["traceEvents"]) {
+    if (event.value("cat", "") == "mode") marks.push_back(event);
+  }
+  EXPECT_EQ(marks, std::vector<json>{json::parse(R"(
+      {"ph": "i", "s": "p", "pid": 1, "cat": "mode", "ts": 2.9,
+       "name": "mode 'degraded': 'robot/loop' has overrun",
+       "args": {"mode": "degraded", "begin_us": 2.6}})")});
+}
+
 TEST(TraceFile, HasAnArrowFromEachStepOfAChainInstanceToTheNext) {
   const json document =
       written({thread(7, {execution("first", "timer", 5, 5, 0, 0, 900, 1000, 2000),

@@ -30,6 +30,7 @@ class TraceWriter {
     for (std::size_t i = 0; i < trace_.executions.size(); ++i) add(trace_.executions[i], i);
     add_chains();
     add_backlogs();
+    add_modes();
     add_switches();
   }
 
@@ -153,6 +154,21 @@ class TraceWriter {
                            {"ts", in_us(change.time)},
                            {"args", {{"waiting", waiting += change.by}}}});
       }
+    }
+  }
+
+  /// A mark in the process, when the executors had the changes.
+  void add_modes() {
+    for (const TracedMode& mode : trace_.modes) {
+      const auto process = processes_.find(mode.process);
+      if (process == processes_.end()) continue;
+      events_.push_back({{"ph", "i"},
+                         {"pid", process->second},
+                         {"name", fmt::format("mode '{}': {}", mode.mode, mode.cause)},
+                         {"cat", "mode"},
+                         {"ts", in_us(mode.end)},
+                         {"s", "p"},
+                         {"args", {{"mode", mode.mode}, {"begin_us", in_us(mode.begin)}}}});
     }
   }
 

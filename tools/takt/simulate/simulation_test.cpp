@@ -370,6 +370,8 @@ TEST(Simulation, WhatCannotBeSimulatedIsRefusedByName) {
                         "'default'"));
   EXPECT_THAT(error(mute_file(machine, "affinity: [3]", "type: events", "a: {execution: 1ms}")),
               HasSubstr("cannot simulate '/mute/b': its execution time is not known"));
+  EXPECT_THAT(error(mute_file("modes: {calm: {drop: [mute/a]}}\n" + machine)),
+              HasSubstr("system.yaml:1: cannot simulate the mode 'calm'"));
   std::string text = mute_file(machine);
   text.replace(text.find("      executor: default"), 23,
                "      executor: default\n      parameters: {use_sim_time: true}");

@@ -98,6 +98,8 @@ CLAIMS = {
     "configuration.md": [
         ("An unknown key is an error", bad_file("dds_unknown_key", "dds_loopback_only")),
         ("A duplicate key is an error", bad_file("key_twice")),
+        ("it is an error to describe it", bad_file("mode_normal", "mode_changes_nothing", "mode_names_a_callback_twice",
+                                                   "mode_of_several_processes")),
         ("SCHED_DEADLINE is an error", bad_file("dds_thread_with_reservation")),
         ("A file of the wrong kind is an error here", refused("check", "FILE", file=LIDAR + "dds: {security: {identity_ca: "
          "system.yaml, certificate: system.yaml, private_key: system.yaml, governance: system.yaml, permissions: system.yaml}}\n")),

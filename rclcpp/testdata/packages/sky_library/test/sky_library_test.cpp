@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
 #include "sky_library/sky_library.hpp"
+
+#include <gtest/gtest.h>
 
 TEST(SkyLibrary, FindsTheLowest) {
   sky_interfaces::msg::Sky sky;

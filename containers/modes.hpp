@@ -1,0 +1,117 @@
+// The modes of a container: which is wanted, which is in force, and what has switched.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_MODES_HPP_
+#define TAKT_CONTAINERS_MODES_HPP_
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "takt/base/visibility.hpp"
+#include "takt/callback_groups/callback_parameters.hpp"
+#include "takt/containers/configuration/system_description.hpp"
+#include "takt/containers/result.hpp"
+#include "takt/entities/guard_condition.hpp"
+
+namespace TAKT_INTERNAL takt {
+
+/// How a mode is switched:
+/// 1. An overrun, a component or the service writes the mode that it wants into one word, with the
+///    reason, and wakes a thread of the container.
+/// 2. That thread changes `serving` of the callbacks that are served otherwise in that mode. Their
+///    executors take this as they take all parameters: at their next dispatch.
+/// 3. It looks at the word again, until what is wanted is in force.
+///
+/// An overrun never leads back: only to modes further down in the file than the one that is wanted.
+/// Thread safety: from any thread.
+/// Real-time: request and overrun neither allocate nor block; the rest does.
+class Modes {
+ public:
+  enum class Cause : std::uint32_t { service, component, overrun };
+  // Limit: switches of which a container knows when they were. At it: the oldest is forgotten.
+  // Seen: `mode_switches` of the result has as many.
+  static constexpr std::size_t kMostSwitches = 1000;
+
+  explicit Modes(const std::vector<ModeDescription>& described);
+
+  /// For a component. False: no mode is called so.
+  bool request(std::string_view name) noexcept;
+  /// A callback has overrun that leads to the mode of this number.
+  void overrun(std::size_t mode) noexcept;
+  /// For the service, which then has to follow. Throws Error, which lists the names.
+  void want(const std::string& name);
+  /// What `request` and `overrun` wake; it lives as long as they are called, or until nullptr
+  /// takes its place. What was wanted before is not in force yet, so it is woken.
+  void set_waker(GuardCondition* waker) noexcept {
+    waker_.store(waker);
+    wake();
+  }
+
+  /// How the callback "node/callback" is served in the mode of this number. What a coroutine has
+  /// begun ends: of one that is dropped, it is demoted.
+  Serving serving(std::size_t mode, const std::string& callback) const;
+  /// Applies what is wanted: `apply(number)` for each mode that comes into force. One thread at a
+  /// time. What `apply` throws leaves it, and the mode stays.
+  template <class Apply>
+  void follow(Clock& clock, Apply&& apply) {
+    const std::lock_guard lock(mutex_);
+    for (Wanted wanted = wanted_.load(); wanted.mode != in_force_; wanted = wanted_.load()) {
+      const TimePoint begin = clock.now();
+      apply(wanted.mode);
+      in_force_ = wanted.mode;
+      note(wanted, begin, clock.now());
+    }
+  }
+  /// `apply(number)` of the mode in force, which does not change meanwhile.
+  template <class Apply>
+  void apply_present(Apply&& apply) const {
+    const std::lock_guard lock(mutex_);
+    apply(in_force_);
+  }
+
+  std::string in_force() const;
+  /// `start`: of the timers.
+  std::vector<ProcessResult::ModeSwitch> switches(TimePoint start = {}) const;
+  std::vector<std::string> names() const;
+  /// One for each mode, the first of them without changes.
+  const std::vector<ModeDescription>& all() const noexcept { return modes_; }
+
+ private:
+  struct Wanted {
+    std::uint32_t mode = 0;
+    Cause cause = Cause::service;
+  };
+  void wake() noexcept;
+  void note(const Wanted& wanted, TimePoint begin, TimePoint end);
+
+  const std::vector<ModeDescription> modes_;
+  std::atomic<Wanted> wanted_{};
+  std::atomic<GuardCondition*> waker_{nullptr};
+  // Not a PiMutex: schedulers of users are made while it is held, and no callback waits for it.
+  mutable std::mutex mutex_;  // guards what follows
+  std::uint32_t in_force_ = 0;
+  std::vector<ProcessResult::ModeSwitch> switches_;
+};
+
+/// The handler of overruns and missed deadlines that leads to a mode; it calls the one that the
+/// callback has besides.
+struct OverrunLeadsToMode {
+  std::shared_ptr<Modes> modes;
+  std::size_t mode;
+  OverrunHandler besides;
+  void operator()(const OverrunReport& report) const {
+    modes->overrun(mode);
+    if (besides) besides(report);
+  }
+};
+/// Whether code of a user handles it.
+bool is_of_user(const OverrunHandler& handler);
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_MODES_HPP_
