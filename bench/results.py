@@ -6,7 +6,8 @@ usage: results.py measure [PART...]  measures into docs/results/DATE, 40 minutes
                                      bounds: into docs/results/bounds, 13 minutes;
                                      threads [PIECE...]: into docs/results/threads, 7 minutes;
                                      robot: into docs/results/robot, 2 minutes;
-                                     footprint: into docs/results/footprint, 3 minutes, as root)
+                                     footprint: into docs/results/footprint, 3 minutes, as root;
+                                     literature: into docs/results/literature, 10 minutes)
        results.py write              makes docs/results/DATE.md, bounds.md, threads.md and the README's figures from
                                      that data; its picture, too, where that shows other data
        results.py check              exit status 1 if they are not what the data gives
@@ -26,6 +27,7 @@ import sys
 
 import bounds
 import footprint
+import literature
 import paper
 import robot
 import threads
@@ -121,6 +123,14 @@ def measure_footprint():
     path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
+def measure_literature():
+    document = {"date": str(datetime.date.today()), "commit": git("rev-parse", "HEAD"),
+                **literature.measure(ROOT / "build/release/bin/takt", ROOT)}
+    folder = ROOT / "docs/results/literature"
+    folder.mkdir(exist_ok=True)
+    (folder / "literature.json").write_text(rows_on_lines(document) + "\n", encoding="utf-8")
+
+
 def about_now():
     run_file = str(ROOT / "build/release/threads.json")
     subprocess.run([ROOT / "build/release/bin/takt", "run", ROOT / "examples/03_robot/robot.yaml", "--duration", "100ms",
@@ -154,10 +164,12 @@ def measure(wanted):
         return measure_robot()
     if wanted == ["footprint"]:
         return measure_footprint()
+    if wanted == ["literature"]:
+        return measure_literature()
     if wanted[:1] == ["threads"]:
         return measure_threads(wanted[1:])
     if not set(wanted) <= set(parts):
-        sys.exit(f"a part is one of: {' '.join(parts)}, or bounds, robot, footprint or threads alone")
+        sys.exit(f"a part is one of: {' '.join(parts)}, or bounds, robot, footprint, literature or threads alone")
     if wanted:
         date, data = newest(ROOT)
         about = data["about"]
@@ -338,6 +350,14 @@ def threads_page(document, is_older):
         threads.section(document, table)]) + "\n"
 
 
+def literature_page(document, is_older):
+    return "\n\n".join([
+        first_line(document["commit"], is_older), "# Which executor for which robot", literature.what_follows(document),
+        f"Measured on {document['date']} on {machine_of(document['machine'])}, a virtual machine that shares its host; "
+        f"{load_of(document)} at the end. Made by `./dev results literature` from [the data](literature/literature.json).",
+        literature.section(document, table)]) + "\n"
+
+
 def footprint_page(document, is_older):
     return "\n\n".join([
         first_line(document["commit"], is_older), "# Memory of processes and nodes, and what an idle process costs",
@@ -397,7 +417,8 @@ def pages(root):
     """Each page: its path, the commit that it measures, and its text as a function of whether the code is newer."""
     date, data = newest(root)
     yield root / f"docs/results/{date}.md", data["about"]["commit"], functools.partial(page, date, data)
-    for name, page_of in (("bounds", bounds_page), ("threads", threads_page), ("footprint", footprint_page)):
+    for name, page_of in (("bounds", bounds_page), ("threads", threads_page), ("footprint", footprint_page),
+                          ("literature", literature_page)):
         path = root / f"docs/results/{name}/{name}.json"
         if path.exists():
             document = json.loads(path.read_text(encoding="utf-8"))

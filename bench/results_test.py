@@ -51,6 +51,18 @@ def analyses():
              "chains": [chain("front", 10_000, 4_000), chain("rear", 10_000, 6_000), chain("other", None, 7_000)]}]
 
 
+def literature():
+    """One experiment, whose claim holds here and is open simulated; and one about zero."""
+    claim = {"text": "It is less.", "metric": "chain_p99_ms", "less": "picas", "more": "multi", "simulated": False, "ratio": 0.5,
+             "low": 0.4, "high": 0.625, "repeats": 10, "verdict": "holds"}
+    none = {"text": "None starves.", "metric": "starved_timers", "less": "mt_fair", "more": "", "x": 4, "simulated": False, "repeats": 10,
+            "verdict": "holds"}
+    return [{"name": "picas", "title": "PiCAS (2021)", "x_label": "", "labels": {"chain_p99_ms": "p99 (ms)"}, "rows": [],
+             "deviations": ["The times are ours."], "claims": [claim, claim | {"simulated": True, "high": 1.25, "verdict": "open"}]},
+            {"name": "mt_fair", "title": "Fair (2024)", "x_label": "example", "labels": {"starved_timers": "starved"}, "rows": [],
+             "deviations": [], "claims": [none]}]
+
+
 def pieces():
     """A row of each piece of threads."""
     ratio = {"median": 1.94, "min": 1.9, "max": 1.97}
@@ -142,6 +154,9 @@ with tempfile.TemporaryDirectory() as folder:
     (root / "docs/results/bounds/bounds.json").write_text(results.rows_on_lines(
         {"date": "2026-01-03", "commit": commit, "machine": MACHINE, "analyses": analyses()}), encoding="utf-8")
     (root / "docs/results/threads").mkdir()
+    (root / "docs/results/literature").mkdir()
+    (root / "docs/results/literature/literature.json").write_text(json.dumps(
+        {"date": "2026-01-05", "commit": commit, "machine": MACHINE, "experiments": literature()}), encoding="utf-8")
     (root / "docs/results/threads/threads.json").write_text(results.rows_on_lines(
         {"date": "2026-01-04", "commit": commit, "machine": MACHINE, "pieces": pieces()}), encoding="utf-8")
     for name, document in (("robot", robot_data(commit)), ("reference_system", REFERENCE)):
@@ -168,6 +183,13 @@ with tempfile.TemporaryDirectory() as folder:
                  "| front | planned | 4.000 | 4.000 | 10.000 | 2.500 |",
                  "- `reference_system`, planned, other: its thread is late"):
         check(f"the page of bounds has: {text}", text in page_of_bounds, page_of_bounds)
+    page_of_literature = (root / "docs/results/literature.md").read_text(encoding="utf-8")
+    for text in ("# Which executor for which robot", "Measured on 2026-01-05 on 2 × Some CPU",
+                 "`takt bench picas`, holds: p99 (ms) 0.50 (0.40 to 0.62) of `multi`'s for `picas`.", "`takt bench mt_fair`, holds.",
+                 "| `picas` | It is less. | p99 (ms): `picas` ÷ `multi` | 0.50 (0.40 to 0.62), holds | 0.50 (0.40 to 1.25), open |",
+                 "| `mt_fair` | None starves. | starved: `mt_fair`, 4 example | always 0, holds | - |",
+                 "**`picas`**, PiCAS (2021). The times are ours."):
+        check(f"the page of papers has: {text}", text in page_of_literature, page_of_literature)
     page_of_threads = (root / "docs/results/threads.md").read_text(encoding="utf-8")
     for text in ("Measured on 2026-01-04 on 2 × Some CPU", "Load average 0.5 before, 1.2 after. Eight callbacks",
                  "| `events` | chain | 10 | 2 | 1.94 (1.90 – 1.97) |", "| `events` | 30,000 | 25,463 (25,254 – 25,616) |",

@@ -130,7 +130,7 @@ TEST_P(IsolatedThreads, WhoAsksMeanwhileDestroysNoNode) {
       while (!end.stop_requested()) (void)executor_->pending();
     });
   }
-  for (int round = 0; round < 3000; ++round) {
+  for (int round = 0; round < 1000; ++round) {
     std::atomic<std::thread::id> ended_on{};
     auto guest = std::make_shared<Guest>(ended_on);
     auto guard = guest->create_guard_condition("guard", [] {});

@@ -190,7 +190,7 @@ TEST_P(ConformanceWorkers, AWorkerThatTimersWakeLeavesTheNextOneToAnother) {
   const auto executor = make_with(2);
   executor->add_node(node_);
   SpinThread spin(*executor);
-  EXPECT_TRUE(eventually([&] { return rounds >= 5; }));
+  EXPECT_TRUE(eventually([&] { return rounds >= 2; }));
   ends = true;
 }
 

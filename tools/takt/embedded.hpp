@@ -13,6 +13,7 @@ extern const char* const kReportPage;         // bench/report_page.py
 extern const char* const kPaperFigures;       // bench/paper_figures.json
 extern const char* const kNav2Robot;          // examples/08_nav2/nav2.yaml
 extern const char* const kReferenceSystem;    // bench/workloads/reference_system.yaml
+extern const char* const kThreeChains;        // bench/workloads/three_chains.yaml
 extern const char* const kCreate3Robot;       // examples/09_create3/create3.yaml
 extern const char* const kConfigurationPage;  // docs/reference/configuration.md.in
 extern const char* const kResultsPage;        // docs/reference/results.md.in

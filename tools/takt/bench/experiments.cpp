@@ -9,6 +9,7 @@
 #include "takt/measuring/ddsperf.hpp"
 #include "takt/transport/shared_memory/shared_memory.hpp"
 
+#include "bench/literature.hpp"
 #include "embedded.hpp"
 
 namespace takt::tools {
@@ -229,12 +230,20 @@ const std::map<std::string, std::string>& labels() {
       {"hot_path_max_ms", "hot path as upstream, maximum (ms)"},
       {"hot_path_drops", "hot path drops"},
       {"hot_path_samples", "hot path samples"},
-      {"planner_deviation_ms", "planner's period, standard deviation (ms)"}};
+      {"planner_deviation_ms", "planner's period, standard deviation (ms)"},
+      {"chain_p99_ms", "p99 latency of the first chain (ms)"},
+      {"chain_max_ms", "longest latency of the first chain (ms)"},
+      {"chain_spread_ms", "latency of the first chain, longest − shortest (ms)"},
+      {"in_time_percent", "instances of chains in time (%)"},
+      {"served_percent", "releases of timers that were served (%)"},
+      {"starved_timers", "timers that never ran"}};
   return all;
 }
 
-const std::vector<Experiment>& experiments() {
-  static const std::vector<Experiment> all{
+namespace {
+
+std::vector<Experiment> of_composition() {
+  return {
       {"memory",
        "Memory against the number of empty nodes",
        "nodes",
@@ -291,6 +300,16 @@ const std::vector<Experiment>& experiments() {
        {},
        false},
   };
+}
+
+}  // namespace
+
+const std::vector<Experiment>& experiments() {
+  static const std::vector<Experiment> all = [] {
+    std::vector<Experiment> those = of_composition();
+    for (Experiment& experiment : literature()) those.push_back(std::move(experiment));
+    return those;
+  }();
   return all;
 }
 

@@ -27,6 +27,16 @@ struct Variant {
   std::string missing;               // why it cannot run on this machine; empty: it can
   bool is_reference_system = false;  // its figures come from a trace
   bool is_ddsperf = false;           // runs ddsperf instead of Takt
+  bool is_simulated = false;         // by takt simulate; each repeat is another scenario
+};
+
+/// The end of the name of a series that is simulated.
+inline constexpr const char* kSimulated = ", simulated";
+
+/// What a paper says: a metric of one series is less than that of another, at each x. Without the
+/// other: it is 0 in each run.
+struct Claim {
+  std::string text, metric, less, more;
 };
 
 struct Experiment {
@@ -35,6 +45,7 @@ struct Experiment {
   std::function<std::vector<Variant>(const BenchOptions&)> variants;
   std::vector<std::string> deviations;  // from how the original was measured, as sentences
   bool is_of_paper = true;
+  std::vector<Claim> claims = {};  // of papers on executors
 };
 
 const std::vector<Experiment>& experiments();

@@ -102,6 +102,32 @@ class TraceFile {
   const std::string path_ = folder_ / "trace.json";
 };
 
+/// So many scenarios make one repeat: their phases differ, and each is a hundred times faster than
+/// time.
+constexpr int kScenarios = 20;
+
+/// The means of them.
+Figures run_simulation(const Variant& variant, const BenchOptions& options, int repeat,
+                       const EndSignals& signals) {
+  const SystemFile file(variant.system);
+  const std::vector<std::string> words{"simulate",    file.path(),
+                                       "--duration",  options.duration,
+                                       "--runs",      std::to_string(kScenarios),
+                                       "--seed",      std::to_string(repeat * kScenarios + 1),
+                                       "--phases",    "random",
+                                       "--times",     "worst",
+                                       "--json",      "-",
+                                       "--histograms"};
+  const json result = run_again(joined(words, variant.words), signals, /*is_quiet=*/true);
+  Figures mean;
+  for (const rt::Run& run : rt::read_runs(result, "")) {
+    const Figures figures = figures_of(run, variant);
+    for (const auto& [metric, value] : figures.values) mean.values[metric] += value / kScenarios;
+    mean.latency.merge(figures.latency);
+  }
+  return mean;
+}
+
 Figures run_takt(const Variant& variant, const BenchOptions& options, const EndSignals& signals) {
   const SystemFile file(variant.system);
   std::vector<std::string> words =
@@ -117,7 +143,9 @@ Figures run_takt(const Variant& variant, const BenchOptions& options, const EndS
 
 }  // namespace
 
-Figures measure(const Variant& variant, const BenchOptions& options, const EndSignals& signals) {
+Figures measure(const Variant& variant, const BenchOptions& options, int repeat,
+                const EndSignals& signals) {
+  if (variant.is_simulated) return run_simulation(variant, options, repeat, signals);
   if (!variant.is_ddsperf) return run_takt(variant, options, signals);
   return ddsperf_goodput(variant.message_bytes, rt::us(parse_run_time(options.duration)) / 1e6,
                          signals);

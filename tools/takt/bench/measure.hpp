@@ -11,7 +11,9 @@
 
 namespace takt::tools {
 
-Figures measure(const Variant& variant, const BenchOptions& options, const EndSignals& signals);
+/// `repeat` counts from 0; another one is another scenario of a simulation.
+Figures measure(const Variant& variant, const BenchOptions& options, int repeat,
+                const EndSignals& signals);
 
 /// The results of `takt latency`, for the report: timers of each executor and the bare loop.
 nlohmann::json jitter(const BenchOptions& options, const EndSignals& signals);

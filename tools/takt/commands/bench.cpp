@@ -18,6 +18,7 @@
 #include "takt/measuring/rounds.hpp"
 #include "takt/measuring/run.hpp"
 
+#include "bench/claims.hpp"
 #include "bench/experiments.hpp"
 #include "bench/measure.hpp"
 #include "commands.hpp"
@@ -81,7 +82,7 @@ std::vector<Measured> run_all(const Experiment& experiment, const std::vector<Va
         const std::string x = experiment.x_label.empty() ? "" : fmt::format(" {}", variant.x);
         course.line.step(fmt::format("{}, {}{}", experiment.name, variant.series, x), course.done,
                          course.total, asked);
-        const Figures figures = measure(variant, options, course.signals);
+        const Figures figures = measure(variant, options, repeat, course.signals);
         for (const auto& [metric, value] : figures.values) {
           measured[i].values[metric].push_back(value);
         }
@@ -131,6 +132,7 @@ bool are_comparable(const Variant& one, const Variant& other) {
 std::vector<Compared> ratios_of(const Experiment& experiment, const std::vector<Variant>& variants,
                                 const std::vector<Measured>& measured, double seconds) {
   std::vector<Compared> all;
+  if (!experiment.claims.empty()) return all;  // these say what is compared with what
   for (std::size_t i = 0; i < variants.size(); ++i) {
     std::size_t first = 0;
     while (first < i &&
@@ -211,6 +213,14 @@ std::pair<json, std::vector<Compared>> run(const Experiment& experiment,
                  {"deviations", deviations},
                  {"rows", std::move(rows)},
                  {"ratios", ratios_json_of(ratios)}};
+  if (!experiment.claims.empty()) {
+    const auto values_of = [&](const Variant& variant, const std::string& metric) {
+      const auto& values = measured[static_cast<std::size_t>(&variant - variants.data())].values;
+      const auto found = values.find(metric);
+      return found != values.end() ? found->second : std::vector<double>();
+    };
+    result["claims"] = try_claims(experiment, variants, values_of);
+  }
   return {std::move(result), std::move(ratios)};
 }
 
@@ -283,6 +293,12 @@ std::vector<std::string> files_of_report(const std::string& folder) {
   return {fs::path(folder) / "results.json", fs::path(folder) / "report.html"};
 }
 
+bool is_meant(const Experiment& experiment, const BenchOptions& options) {
+  if (options.name == "literature") return !experiment.claims.empty();
+  if (options.name != "all") return experiment.name == options.name;
+  return experiment.claims.empty() && (experiment.name != "topologies" || !options.files.empty());
+}
+
 void bench(const BenchOptions& options) {
   if (!options.files.empty() && options.name != "topologies" && options.name != "all") {
     throw UsageError(fmt::format("'{}' takes no FILE", options.name), "leave it out");
@@ -296,10 +312,7 @@ void bench(const BenchOptions& options) {
   }
   std::vector<const Experiment*> chosen;
   for (const Experiment& experiment : experiments()) {
-    const bool is_meant = options.name == "all"
-                              ? experiment.name != "topologies" || !options.files.empty()
-                              : experiment.name == options.name;
-    if (is_meant) chosen.push_back(&experiment);
+    if (is_meant(experiment, options)) chosen.push_back(&experiment);
   }
   begin_work();
   EndSignals signals;
@@ -316,7 +329,9 @@ void bench(const BenchOptions& options) {
     auto [result, ratios] = run(*experiment, options, course);
     if (options.json != "-" && course.done != 0) {
       print(result);
-      const bool can_have_ratios = !ratios.empty() || options.repeat == 1;
+      if (result.contains("claims")) print_claims(result.at("claims"));
+      const bool can_have_ratios =
+          experiment->claims.empty() && (!ratios.empty() || options.repeat == 1);
       if (can_have_ratios && check_repeats(ratios)) print_sentences(ratios);
     }
     document["experiments"].push_back(std::move(result));
@@ -338,7 +353,7 @@ void bench(const BenchOptions& options) {
 
 void set_up(CLI::App* command) {
   const auto options = std::make_shared<BenchOptions>();
-  std::vector<std::string> names{"all"};
+  std::vector<std::string> names{"all", "literature"};
   for (const Experiment& experiment : experiments()) names.push_back(experiment.name);
   one_of(command->add_option("NAME", options->name, fmt::format("{}", fmt::join(names, ", ")))
              ->required(),
@@ -355,8 +370,9 @@ void set_up(CLI::App* command) {
   command->footer("Example:\n  takt bench latency --repeat 5 --report bench_report\n");
   command->callback([options] { bench(*options); });
 }
-const Command registered("bench", "Repeats the experiments of the paper on node composition",
-                         set_up);
+const Command registered(
+    "bench", "Repeats the experiments of the paper on node composition, and of papers on executors",
+    set_up);
 
 }  // namespace
 }  // namespace takt::tools::bench_command
