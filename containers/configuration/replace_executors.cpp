@@ -121,11 +121,14 @@ std::string why_it_fits_no_other(const SystemDescription& system) {
   return "";
 }
 
+void throw_unfit(const std::string& name, const std::string& why) {
+  throw Error(fmt::format("{} fits no other file: {}", name, why),
+              "copy its `executors`, and name your own callbacks");
+}
+
 SystemDescription replace_executors(SystemDescription system, const SystemDescription& other) {
-  if (const std::string reason = why_it_fits_no_other(other); !reason.empty()) {
-    throw Error(fmt::format("{} fits no other file: {}", other.file, reason),
-                "copy its `executors`, and name your own callbacks");
-  }
+  if (const std::string why = why_it_fits_no_other(other); !why.empty())
+    throw_unfit(other.file, why);
   std::string name;  // empty: Takt assigns them
   if (other.executors.empty()) {
     system.finds_chains = system.finds_chains || system.chains.empty();

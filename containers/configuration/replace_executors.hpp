@@ -19,6 +19,9 @@ std::string take_band(ExecutorDescription& executor, SystemDescription& system);
 /// which names no callbacks and has no reservation, or none and chains.
 std::string why_it_fits_no_other(const SystemDescription& system);
 
+/// Throws the Error that says so.
+[[noreturn]] void throw_unfit(const std::string& name, const std::string& why);
+
 /// The system as `other` would run it: all components on the executor of `other`; if that has
 /// none, Takt assigns executors to the chains. The scheduler of `other` with its values, and its
 /// `priorities`, which replace those of the system's file, come with it. All else remains.

@@ -32,17 +32,27 @@ SystemDescription read(const Template& file) {
   return system;
 }
 
-CatalogueEntry entry_of(const Template& file) {
-  const std::string word(file.path.substr(0, file.path.rfind('.')));
-  return {word, idea_of(file.text), why_it_fits_no_other(read(file))};
+std::string word_of(const Template& file) {
+  return std::string(file.path.substr(0, file.path.rfind('.')));
+}
+
+/// Its component may be in a library that is not here.
+std::string why_not(const Template& file) {
+  try {
+    return why_it_fits_no_other(read(file));
+  } catch (const ConfigurationError&) {
+    return "its component is one of the examples";
+  }
 }
 
 SystemDescription read_as(const std::string& as) {
   if (as.find('/') != as.npos || as.ends_with(".yaml")) return read_system(as);
   std::vector<std::string> words;
   for (const Template& file : kCatalogue) {
-    words.emplace_back(file.path.substr(0, file.path.rfind('.')));
-    if (words.back() == as) return read(file);
+    words.push_back(word_of(file));
+    if (words.back() != as) continue;
+    if (const std::string reason = why_not(file); !reason.empty()) throw_unfit(as, reason);
+    return read(file);
   }
   throw Error(fmt::format("the catalogue has no '{}'", as),
               fmt::format("{}; or a file, as ./{}.yaml", suggest(as, words), as));
@@ -53,7 +63,8 @@ SystemDescription read_as(const std::string& as) {
 const std::vector<CatalogueEntry>& catalogue() {
   static const std::vector<CatalogueEntry> entries = [] {
     std::vector<CatalogueEntry> all;
-    for (const Template& file : kCatalogue) all.push_back(entry_of(file));
+    for (const Template& file : kCatalogue)
+      all.push_back({word_of(file), idea_of(file.text), why_not(file)});
     return all;
   }();
   return entries;
