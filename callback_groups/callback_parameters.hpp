@@ -3,6 +3,7 @@
 #ifndef TAKT_CALLBACK_GROUPS_CALLBACK_PARAMETERS_HPP_
 #define TAKT_CALLBACK_GROUPS_CALLBACK_PARAMETERS_HPP_
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -17,7 +18,7 @@ namespace TAKT_PUBLIC takt {
 
 /// The reaction when a callback misses its deadline, exceeds its budget, or is a timer that still
 /// runs at its next release. All overruns are counted.
-enum class OverrunPolicy {
+enum class OverrunPolicy : std::uint8_t {
   catch_up,  // timers: serve one of the missed releases at once (the default)
   skip,      // timers: drop missed releases, and keep the phase
   abort,     // end the chain instance: its messages are not delivered
@@ -27,7 +28,7 @@ enum class OverrunPolicy {
 const std::vector<std::pair<std::string, OverrunPolicy>>& overrun_policies();
 
 /// How a callback is served in a mode: see Container::set_mode.
-enum class Serving {
+enum class Serving : std::uint8_t {
   usual,
   demoted,  // after all others, where the order is one of urgencies or deadlines
   dropped,  // what arrives is taken and discarded, also after all others; a timer keeps its phase

@@ -82,6 +82,7 @@ Container::Container(const SystemDescription& description, const ContainerOverri
   }
   make_executors();
   if (!description_.modes.empty()) prepare_modes();
+  if (!overrides_.mode.empty()) begin_in(overrides_.mode);
   place_components();
   if (!errors_.empty()) throw ConfigurationError(errors_);
   if (overrides_.watches_bounds || description_.watches_bounds) make_bound_watch();
@@ -140,7 +141,8 @@ bool Container::needs_manager() const {
            (sim_time != component.parameters.end() && sim_time->second == ParameterValue(true));
   };
   return (participant_ != nullptr && !description_.is_split_off) || is_seen_program(overrides_) ||
-         has_thread(kServiceThread) || description_.lifecycle || !description_.modes.empty() ||
+         has_thread(kServiceThread) || description_.lifecycle ||
+         (!description_.modes.empty() && overrides_.execution_model == nullptr) ||
          std::any_of(description_.components.begin(), description_.components.end(), needs_it);
 }
 

@@ -80,6 +80,7 @@ struct ContainerOverrides {
   /// See ExecutorOptions: the container is a simulation, whose clock is a manual one with CPUs. It
   /// asks the system for nothing, and moves the clock itself when it stops.
   ExecutionModel* execution_model = nullptr;
+  std::string mode;  // of the file's, in which it begins; empty: normal
   /// What a component calls to end the container, see NodeOptions.
   std::function<void()> end;
 };
@@ -260,6 +261,7 @@ class Container {
   void check_demoted(const ModeDescription& mode, const ModeDescription::Callback& listed,
                      const Plan::Callback& callback);
   void lead_to_mode(std::size_t mode, const Plan::Callback& callback);
+  void begin_in(const std::string& mode);
   void switch_mode();
   void serve_as_in(std::size_t mode, const std::shared_ptr<Node>& node);
   void serve_as_in_present_mode(const std::shared_ptr<Node>& node);

@@ -12,10 +12,6 @@
 namespace takt {
 namespace {
 
-std::string name_of(const std::shared_ptr<Node>& node, const Entity& entity) {
-  return to_string(Chain::Step{node, entity.name()}).substr(1);
-}
-
 bool may_be_dropped(const Entity& entity) {
   return entity.kind() == EntityKind::timer || entity.kind() == EntityKind::subscription;
 }
@@ -42,7 +38,7 @@ void Container::prepare_modes() {
   std::vector<std::string> names;
   for (const Plan::Callback& callback : plan().callbacks) {
     if (callback.entity->name().find("/resumed") != std::string::npos) continue;  // it follows
-    names.push_back(name_of(callback.node, *callback.entity));
+    names.push_back(name_in_modes(callback.node, *callback.entity));
     callbacks.emplace(names.back(), callback);
   }
   const auto find = [&](const ModeDescription& mode, const ModeDescription::Callback& listed) {
@@ -112,6 +108,11 @@ void Container::lead_to_mode(std::size_t mode, const Plan::Callback& callback) {
                        .on_overrun = OverrunLeadsToMode{modes_, mode, now.on_overrun}}}}});
 }
 
+void Container::begin_in(const std::string& mode) {
+  modes_->begin_in(mode);
+  for (const auto& loaded : loaded_components()) serve_as_in_present_mode(loaded->node());
+}
+
 void Container::set_mode(const std::string& mode) {
   modes_->want(mode);
   switch_mode();
@@ -137,7 +138,7 @@ void Container::serve_as_in(std::size_t mode, const std::shared_ptr<Node>& node)
   CallbackParameterChanges changes;
   for (const auto& entity : node->entities()) {
     const Serving before = node->callback_parameters(*entity).serving.value_or(Serving::usual);
-    const Serving now = modes_->serving(mode, name_of(node, *entity));
+    const Serving now = modes_->serving(mode, name_in_modes(node, *entity));
     if (now != before) changes.callbacks[entity->name()].serving = now;
   }
   if (!changes.callbacks.empty()) node->set_callback_parameters(changes);

@@ -9,6 +9,7 @@
 
 #include "takt/base/counted.hpp"
 #include "takt/containers/container_parts.hpp"
+#include "takt/containers/modes.hpp"
 #include "takt/executors/isolated_executor.hpp"
 
 namespace takt {
@@ -48,6 +49,31 @@ bool gives_priority(const ComponentDescription& component, const Entity& entity)
   };
   return gives(component.callbacks, entity.name()) ||
          gives(component.callback_groups, entity.group()->name());
+}
+
+/// The chains that were guaranteed before, and are not any more.
+std::vector<std::string> lost(const std::vector<PlannedChain>& chains,
+                              const std::vector<ModelBounds::Chain>& before,
+                              const std::vector<ModelBounds::Chain>& after, const std::string& how,
+                              const char* remedy) {
+  std::vector<std::string> errors;
+  for (std::size_t i = 0; i < chains.size(); ++i) {
+    const ChainOptions& options = chains[i].options;
+    const auto is_kept = [&](const ModelBounds::Chain& chain) {
+      return chain.bound && *chain.bound <= options.deadline && chain.why_lossy.empty();
+    };
+    if (!is_kept(before[i]) || is_kept(after[i])) continue;
+    const std::string what = !after[i].bound ? "take any time (" + after[i].why_not + ")"
+                             : !after[i].why_lossy.empty()
+                                 ? "lose some (" + after[i].why_lossy + ")"
+                                 : "take " + to_string(*after[i].bound);
+    errors.push_back(fmt::format(
+        "{}, chain '{}' could {}, and its deadline is {}; without, the chain takes {} at "
+        "most; "
+        "{}",
+        how, options.name, what, to_string(options.deadline), to_string(*before[i].bound), remedy));
+  }
+  return errors;
 }
 
 }  // namespace
@@ -331,29 +357,19 @@ Container::Errors Container::lost_guarantees(const ModelledProcess& with, const 
   if (std::none_of(chains.begin(), chains.end(), has_deadline)) return {};
   std::optional<MeasuredModel> measured;
   if (!description_.model.empty()) measured = read_measured_model(description_.model);
-  const auto bounds = [&](const ModelledProcess& process) {
-    return analyze(make_system_model(description_, chains, {&process, 1},
-                                     measured ? &*measured : nullptr))
-        .chains;
-  };
-  const auto before = bounds(modelled());
-  const auto after = bounds(with);
   Errors errors;
-  for (std::size_t i = 0; i < chains.size(); ++i) {
-    const ChainOptions& options = chains[i].options;
-    const auto is_kept = [&](const ModelBounds::Chain& chain) {
-      return chain.bound && *chain.bound <= options.deadline && chain.why_lossy.empty();
+  for (std::size_t mode = 0; mode < modes_->all().size(); ++mode) {
+    const auto bounds = [&](const ModelledProcess& process) {
+      const ModelledProcess in_mode = modes_->modelled(mode, process);
+      return analyze(make_system_model(description_, chains, {&in_mode, 1},
+                                       measured ? &*measured : nullptr))
+          .chains;
     };
-    if (!is_kept(before[i]) || is_kept(after[i])) continue;
-    const std::string what = !after[i].bound ? "take any time (" + after[i].why_not + ")"
-                             : !after[i].why_lossy.empty()
-                                 ? "lose some (" + after[i].why_lossy + ")"
-                                 : "take " + to_string(*after[i].bound);
-    errors.push_back(fmt::format(
-        "{}, chain '{}' could {}, and its deadline is {}; without, the chain takes {} at "
-        "most; "
-        "{}",
-        how, options.name, what, to_string(options.deadline), to_string(*before[i].bound), remedy));
+    const std::string when =
+        mode == 0 ? how : fmt::format("{}, in the mode '{}'", how, modes_->all()[mode].name);
+    for (std::string& error : lost(chains, bounds(modelled()), bounds(with), when, remedy)) {
+      errors.push_back(std::move(error));
+    }
   }
   return errors;
 }

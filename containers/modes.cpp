@@ -8,6 +8,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/containers/planning/plan.hpp"
 
 namespace takt {
 namespace {
@@ -23,6 +24,10 @@ bool has(const std::vector<ModeDescription::Callback>& list, std::string_view ca
 }
 
 }  // namespace
+
+std::string name_in_modes(const std::shared_ptr<Node>& node, const Entity& entity) {
+  return to_string(Chain::Step{node, entity.name()}).substr(1);
+}
 
 Modes::Modes(const std::vector<ModeDescription>& described) : modes_(with_normal(described)) {
   static_assert(std::atomic<Wanted>::is_always_lock_free);
@@ -56,6 +61,12 @@ void Modes::want(const std::string& name) {
   wanted_.store({static_cast<std::uint32_t>(found - known.begin()), Cause::service});
 }
 
+void Modes::begin_in(const std::string& name) {
+  want(name);
+  const std::lock_guard lock(mutex_);
+  in_force_ = wanted_.load().mode;
+}
+
 void Modes::wake() noexcept {
   if (GuardCondition* const waker = waker_.load()) waker->trigger();
 }
@@ -68,6 +79,15 @@ Serving Modes::serving(std::size_t mode, const std::string& callback) const {
   if (has(modes_[mode].demote, name)) return Serving::demoted;
   if (!has(modes_[mode].drop, name)) return Serving::usual;
   return goes_on ? Serving::demoted : Serving::dropped;
+}
+
+ModelledProcess Modes::modelled(std::size_t mode, ModelledProcess process) const {
+  for (ModelledProcess::Callback& callback : process.callbacks) {
+    CallbackParameters parameters = callback.parameters();
+    parameters.serving = serving(mode, name_in_modes(callback.node, *callback.entity));
+    callback.changed = std::move(parameters);
+  }
+  return process;
 }
 
 void Modes::note(const Wanted& wanted, TimePoint begin, TimePoint end) {

@@ -15,6 +15,7 @@
 #include "takt/base/visibility.hpp"
 #include "takt/callback_groups/callback_parameters.hpp"
 #include "takt/containers/configuration/system_description.hpp"
+#include "takt/containers/model/system_model.hpp"
 #include "takt/containers/result.hpp"
 #include "takt/entities/guard_condition.hpp"
 
@@ -45,6 +46,8 @@ class Modes {
   void overrun(std::size_t mode) noexcept;
   /// For the service, which then has to follow. Throws Error, which lists the names.
   void want(const std::string& name);
+  /// The same, before anything runs: it is in force.
+  void begin_in(const std::string& name);
   /// What `request` and `overrun` wake; it lives as long as they are called, or until nullptr
   /// takes its place. What was wanted before is not in force yet, so it is woken.
   void set_waker(GuardCondition* waker) noexcept {
@@ -74,6 +77,9 @@ class Modes {
     apply(in_force_);
   }
 
+  /// The process in the mode of this number, for make_system_model.
+  ModelledProcess modelled(std::size_t mode, ModelledProcess process) const;
+
   std::string in_force() const;
   /// `start`: of the timers.
   std::vector<ProcessResult::ModeSwitch> switches(TimePoint start = {}) const;
@@ -97,6 +103,9 @@ class Modes {
   std::uint32_t in_force_ = 0;
   std::vector<ProcessResult::ModeSwitch> switches_;
 };
+
+/// As a file names a callback: "node/callback".
+std::string name_in_modes(const std::shared_ptr<Node>& node, const Entity& entity);
 
 /// The handler of overruns and missed deadlines that leads to a mode; it calls the one that the
 /// callback has besides.

@@ -105,5 +105,43 @@ TEST(ModesOfAFile, WhatNeverOverrunsLeadsNowhere) {
             "deadline; give it one of them\n");
 }
 
+// In `calm`, `loop` waits for all others: there the second robot would be one too many.
+TEST(ModesOfAFile, ALoadedComponentMustKeepTheGuaranteesOfEachMode) {
+  World any;
+  world = &any;
+  const auto load = [](const std::string& modes) -> std::string {
+    SystemDescription system = system_of(modes + R"(
+executors: {default: {type: events, scheduler: fixed_priority}}
+machine: {exclusive: true}
+threads: {container: {}}
+chains: [{name: c, deadline: 5ms, path: [robot/loop]}]
+container:
+  name: box
+  components:
+    - component: test::ModesRobot
+      name: robot
+      executor: default
+      callbacks: {loop: {priority: 3, budget: 2ms}, plan: {priority: 2, budget: 1ms}, log: {priority: 1, budget: 1ms}}
+)");
+    Container container(system);
+    ComponentDescription second = system.components.front();
+    second.name = "second";
+    for (auto& [name, callback] : second.callbacks) {
+      callback.parameters.priority = 0;
+      callback.parameters.budget = 1ms;
+    }
+    try {
+      container.load(second);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(load(""), "");
+  EXPECT_THAT(load("modes: {calm: {demote: [robot/loop]}}"),
+              HasSubstr("with '/second', in the mode 'calm', chain 'c' could take"));
+  world = nullptr;
+}
+
 }  // namespace
 }  // namespace takt::modes_test

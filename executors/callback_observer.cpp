@@ -58,7 +58,7 @@ struct CallbackObserver::State final : private Watchdog::Watched {
   /// What counts it if nobody executes what was taken; nullptr: somebody does.
   Counter<>* discarded(Callback& callback, const Slot& slot) {
     const std::lock_guard guard(lock);
-    if (callback.is_dropped()) return &callback.counts.dropped_by_mode;
+    if (callback.is_dropped()) return &callback.dropped_by_mode;
     const bool is_aborted = !callback.is_timer() && AbortedInstances::contains(slot.chain_instance);
     return is_aborted ? &callback.counts.discarded : nullptr;
   }

@@ -34,7 +34,7 @@ constexpr CoverageEntry kTable[] = {
     {"the file", "accept", kUsed, "assumptions"},
     {"the file", "priorities", kUsed, "the plan gives them to the callbacks, see priority"},
     {"the file", "chains", kUsed, "see a chain"},
-    {"the file", "modes", kNotCovered, "the bounds are those of the mode normal"},
+    {"the file", "modes", kUsed, "a model for each; a switch: nothing_is_changed"},
     // Memory
     {"memory", "lock", kUsed, "without it: no_page_faults"},
     // A thread
@@ -208,10 +208,10 @@ constexpr CoverageEntry kTable[] = {
     {"a chain", "from", kUsed, "start_is_over"},
     {"a chain", "accept", kUsed, "assumptions"},
     // A mode
-    {"a mode", "drop", kNotCovered, "see modes of the file"},
-    {"a mode", "demote", kNotCovered, "see modes of the file"},
-    {"a mode", "on", kNotCovered, "see modes of the file"},
-    {"what leads to a mode", "overrun", kNotCovered, "see modes of the file"},
+    {"a mode", "drop", kUsed, "set_discarding; its chains have no instances"},
+    {"a mode", "demote", kUsed, "set_order"},
+    {"a mode", "on", kIrrelevant, "during a switch there is no bound, whatever leads to it"},
+    {"what leads to a mode", "overrun", kIrrelevant, "see on of a mode"},
     // A node
     {"a node", "node_name", kUsed,
      "becomes a parameter of takt::Workload, which is constructed with it"},
@@ -353,7 +353,7 @@ constexpr CoverageEntry kTable[] = {
     {"callback parameters", "criticality", kUsed, "see a callback"},
     {"callback parameters", "overrun", kUsed, "see a callback"},
     {"callback parameters", "releases", kUsed, "see a callback"},
-    {"callback parameters", "serving", kNotCovered, "see modes of the file"},
+    {"callback parameters", "serving", kUsed, "see a mode"},
     {"callback parameters", "on_deadline_miss", kUsed,
      "where it may run there is no bound: nobody knows for how long"},
     {"callback parameters", "on_overrun", kUsed, "see on_deadline_miss"},
@@ -444,6 +444,7 @@ constexpr CoverageEntry kTable[] = {
     {"change", "a component is loaded", kUsed,
      "a container refuses what takes a guarantee away; several: nothing_is_changed"},
     {"change", "a component is unloaded", kUsed, "its chains end: nothing_is_changed"},
+    {"change", "a mode is switched", kUsed, "see modes of the file"},
     {"change", "a peer comes to a topic", kUsed, "no_other_publishers"},
     {"change", "an overrun", kUsed, "see overrun of a callback"},
     {"change", "an exception", kUsed, "see on_exception of a component"},

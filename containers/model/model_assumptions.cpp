@@ -278,6 +278,7 @@ void AssumptionFinder::add_who_else_sends() {
       assume_of(i, "no_other_publishers", "nobody asks the parameter services of the node of {}");
   }
   if (!is_closed) add_what_others_may_change();
+  if (!description_.modes.empty()) add_switches_of_modes();
 }
 
 // Of what somebody may ask of it, a container refuses what takes a guarantee away that it knows: of

@@ -83,6 +83,10 @@ class ModelParts {
   std::optional<Nanoseconds> said_by_component(std::size_t callback) const;
   /// The same of the callback's.
   bool says_all(std::size_t callback) const;
+  bool is_dropped(std::size_t callback) const {
+    return callbacks_[callback]->parameters().serving == Serving::dropped;
+  }
+  std::string why_dropped(std::size_t callback) const;
   const ModelledProcess* process_of(std::size_t callback) const {
     return parts_[model_.system.callbacks[callback].executor].process;
   }
@@ -112,7 +116,8 @@ class ModelParts {
   std::map<std::size_t, analysis::Count> joined_;  // most messages that a run has seen at once
   // Why what one callback sends does not come to another, though they have a topic in common.
   std::map<std::pair<std::size_t, std::size_t>, std::string> nothing_passes_;
-  std::vector<bool> may_run_;  // by callback
+  std::vector<bool> may_run_;   // by callback
+  bool finds_dropped_ = false;  // since this was last asked
   std::vector<Fact> facts_;
 };
 
@@ -141,6 +146,7 @@ class AssumptionFinder : public ModelParts {
   void add_assumptions_of_start();
   void add_who_else_sends();
   void add_what_others_may_change();
+  void add_switches_of_modes();
   void add_who_sends_besides();
   void add_exceptions();
   void add_what_nobody_says();
@@ -184,11 +190,14 @@ class ModelBuilder : public ChainFinder {
     add_callbacks();
     add_unknown_callbacks();
     place_threads();
-    for (std::size_t i = 0; i < callbacks_.size(); ++i) set_execution(i);
+    for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+      is_dropped(i) ? set_discarding(i) : set_execution(i);
+    }
     link();
     add_publishers();
     cut_circles();
     for (std::size_t i = 0; i < callbacks_.size(); ++i) set_arrivals(i);
+    forget_outputs_of_dropped();
     choose_who_paces_joins();
     for (const ModelledPart& part : parts_) set_order(part);
     pass_on_what_is_unknown();
@@ -206,6 +215,8 @@ class ModelBuilder : public ChainFinder {
                    const ModelledProcess::Callback& callback, const ExecutorTraits& traits);
   void place_threads();
   void set_execution(std::size_t callback);
+  void set_discarding(std::size_t callback);
+  void forget_outputs_of_dropped();
   void link();
   void link_publishers(std::size_t subscription);
   bool is_offered(const PublishingCallbacks& publishing, std::size_t from,

@@ -1,6 +1,7 @@
 // The chains of a model, what they rest on, and the verdict on each.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -67,6 +68,7 @@ void ChainFinder::add_chains() {
           "of how often they run; state its `arrival`",
           to_string(Chain::Step{node, name}));
     }
+    chain.is_dropped = std::exchange(finds_dropped_, false) && !chain.why_not.empty();
     if (!path.empty()) chain.delay = delay_before(path.front());
     count_begun(path, chain);
     chain.index = model_.system.chains.size();
@@ -136,7 +138,9 @@ std::string ChainFinder::why_it_never_runs(std::size_t callback) {
   std::string why;
   if (model_.system.callbacks[callback].arrivals) return why_nothing_comes({callback});
   for (const auto& [link, reason] : nothing_passes_) {
-    if (link.second == callback) why = reason;
+    if (link.second != callback) continue;
+    why = reason;
+    finds_dropped_ = finds_dropped_ || is_dropped(link.first);
   }
   for (std::size_t from = 0; from < callbacks_.size(); ++from) {
     const auto& outputs = model_.system.callbacks[from].outputs;
@@ -155,6 +159,10 @@ std::string ChainFinder::why_nothing_comes(const std::vector<std::size_t>& path)
   const std::size_t index = path.back();
   const ModelledProcess::Callback& callback = *callbacks_[index];
   const std::string& name = model_.system.callbacks[index].name;
+  if (is_dropped(index)) {
+    finds_dropped_ = true;
+    return why_dropped(index);
+  }
   if (path.size() == 1 && !may_run_[index]) {
     return fmt::format("nothing comes to '{}': no callback of the file sends to it", name);
   }
@@ -233,6 +241,8 @@ std::string_view to_string(Verdict verdict) noexcept {
   switch (verdict) {
     case Verdict::unjudged:
       return "-";
+    case Verdict::dropped:
+      return "dropped";
     case Verdict::guaranteed:
       return "guaranteed";
     case Verdict::bounded_if:
@@ -299,6 +309,7 @@ std::vector<const Assumption*> missing(const SystemModel::Chain& chain,
 }
 
 Verdict verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
+  if (chain.is_dropped) return Verdict::dropped;
   const bool has_deadline = chain.deadline != Nanoseconds::zero();
   if (has_deadline && chain.observed > chain.deadline) return Verdict::missed;
   if (has(chain, Assumption::State::not_covered)) return Verdict::not_covered;

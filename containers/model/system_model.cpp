@@ -421,13 +421,15 @@ void ModelBuilder::set_order(const ModelledPart& part) {
                       {.id = static_cast<CallbackId>(infos.size()),
                        .registration = static_cast<std::uint32_t>(place - listed.begin()),
                        .group = group.first->second}));
-    if (!callback.changed) continue;
-    info.priority = parameters.priority.value_or(0);
-    info.deadline = parameters.deadline.value_or(Nanoseconds::zero());
-    info.budget = parameters.budget.value_or(Nanoseconds::zero());
-    info.criticality = parameters.criticality.value_or(info.criticality);
-    const bool is_timer = callback.entity->period() != Nanoseconds::zero();
-    if (!is_timer) info.period = parameters.period.value_or(Nanoseconds::zero());
+    if (callback.changed) {
+      info.priority = parameters.priority.value_or(0);
+      info.deadline = parameters.deadline.value_or(Nanoseconds::zero());
+      info.budget = parameters.budget.value_or(Nanoseconds::zero());
+      info.criticality = parameters.criticality.value_or(info.criticality);
+      const bool is_timer = callback.entity->period() != Nanoseconds::zero();
+      if (!is_timer) info.period = parameters.period.value_or(Nanoseconds::zero());
+    }
+    if (parameters.serving.value_or(Serving::usual) != Serving::usual) info = demoted(info);
   }
   const SchedulerTraits traits = schedulers().traits(part.scheduler);
   const std::vector<std::size_t> ranks =

@@ -121,6 +121,7 @@ struct SystemModel {
     std::vector<Assumption> assumptions;  // of its bound, each id once
     std::set<std::size_t> executors;      // on whose numbers it depends
     std::string why_not;                  // if it is not in the system
+    bool is_dropped = false;              // in this mode it has no instances: see why_not
     std::size_t index = 0;                // in system.chains, else
   };
   analysis::System system;
@@ -164,6 +165,7 @@ ModelBounds analyze(const SystemModel& model);
 /// The result for a chain, from its bound, what it rests on, and the latencies that were measured.
 enum class Verdict {
   unjudged,     // it has no deadline
+  dropped,      // in a mode that drops one of its callbacks: it has no instances
   guaranteed,   // its bound is at most its deadline, all come through unless it allows losses, and
                 // each assumption is checked or accepted
   bounded_if,   // the same, but for these: see missing()

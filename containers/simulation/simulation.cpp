@@ -12,6 +12,7 @@
 
 #include "takt/base/available_cpus.hpp"
 #include "takt/base/manual_clock.hpp"
+#include "takt/containers/modes.hpp"
 #include "takt/containers/simulation/arrivals.hpp"
 #include "takt/containers/simulation/simulated_bodies.hpp"
 #include "takt/entities/task_runner.hpp"
@@ -56,11 +57,11 @@ Simulation::Simulation(SystemDescription system, SimulationOptions options)
 }
 
 void Simulation::refuse_what_differs() {
-  if (!system_.modes.empty()) {
-    refuse(system_,
-           fmt::format("the mode '{}': the thread that switches has no CPU of the simulation",
-                       system_.modes.front().name),
-           "leave out `modes`", system_.modes.front().where);
+  if (!system_.modes.empty() && options_.overrides.mode.empty()) {
+    refuse(system_, "a switch of modes: the thread that makes it has no CPU of the machine",
+           fmt::format("choose the one to simulate: --mode {}",
+                       fmt::join(Modes(system_.modes).names(), ", ")),
+           system_.modes.front().where);
   }
   for (const ExecutorDescription& executor : system_.executors) {
     if (!executor.library.empty()) {
@@ -316,7 +317,7 @@ SimulatedRun Simulation::run(const Scenario& scenario) const {
   std::vector<Source> sources;
   std::vector<CpuModel::Change> changes;  // the clock moves until the container has ended
   Container container(system_, overrides);
-  const ModelledProcess process = container.modelled();
+  const ModelledProcess process = container.modelled();  // served as the mode says
   const SystemModel model =
       make_system_model(modelled_, container.plan().chains, {&process, 1}, measured);
   bodies.set_up(process, model);

@@ -88,7 +88,7 @@ bool Dispatcher::run_ready(Worker& worker, const ReadySet::Limits& limits) noexc
   const TimePoint picked =
       ready_.timers().now();  // read since the last callback, or the last sleep
   if (execution.is_checked) [[unlikely]]
-    record->watch_execution(worker.index, options_.watchdog.get());
+    execution.is_dropped = record->watch_execution(worker.index, options_.watchdog.get());
   if (record->is_reentrant()) {
     take(execution);
     workers_.pass_on();
@@ -148,7 +148,7 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
   Dispatch dispatch = record.dispatch(slot, execution.info, outputs, record.exclusion.get());
   const Dispatch::Scope scope(dispatch);
   if (is_checked) [[unlikely]] {
-    if (execution.is_dropped) return discard(execution, record.counts.dropped_by_mode), times;
+    if (execution.is_dropped) return discard(execution, record.dropped_by_mode), times;
     record.begin_checked(worker.index, dispatch);
   }
   ThreadUsage before;

@@ -110,7 +110,7 @@ class Dispatcher {
   bool starts_at_once(const ExecutionTimes& times, const Execution& execution) const noexcept;
   void finish(Worker& worker, Execution& execution, ExecutionTimes& times) noexcept
       TAKT_REQUIRES(workers_.lock());
-  void discard(Execution& execution, Counter<>& counted) noexcept;
+  [[gnu::cold, gnu::noinline]] void discard(Execution& execution, Counter<>& counted) noexcept;
   [[gnu::cold, gnu::noinline]] void caught(const CallbackRecord& record,
                                            std::exception_ptr exception) noexcept;
 

@@ -114,9 +114,10 @@ bool Observed::must_be_checked(const CallbackSettings& with) const noexcept {
 
 // The watchdog may have looked while the deadline moved from the release to the execution, so it is
 // expected again.
-void Observed::watch_execution(std::size_t worker, Watchdog* watchdog) noexcept {
+bool Observed::watch_execution(std::size_t worker, Watchdog* watchdog) noexcept {
   const TimePoint deadline = supervision->begin(worker).deadline.load();
   if (watchdog != nullptr && deadline != kNever) watchdog->expect(deadline);
+  return is_dropped();
 }
 
 void Observed::begin_checked(std::size_t worker, const Dispatch& dispatch) noexcept {
@@ -241,7 +242,7 @@ CallbackStatistics Observed::statistics(const Entity::Counts& counted) const {
   statistics.kind = entity->kind();
   statistics.topic = entity->topic();
   statistics.dropped = counted.dropped + counts.discarded;
-  statistics.dropped_by_mode = counts.dropped_by_mode;
+  statistics.dropped_by_mode = dropped_by_mode;
   statistics.skipped = counted.missed;
   statistics.overruns += counted.missed;
   statistics.from_outside = counted.from_outside;

@@ -109,8 +109,7 @@ struct Supervision {
 struct DispatchCounts {
   Counter<> executions;
   Counter<> with_period, late, too_late, deadline_misses, overruns;
-  Counter<> discarded;        // messages of aborted chain instances
-  Counter<> dropped_by_mode;  // messages and releases
+  Counter<> discarded;  // messages of aborted chain instances
 };
 
 /// Fields without a comment never change, or are serialised by the executor, as all methods are but
@@ -134,6 +133,7 @@ struct Observed {
 
   // What the entity had counted when its former executors gave it back, and when this one did.
   Entity::Counts counted_before, counted_in_the_end;
+  Counter<> dropped_by_mode;  // not with the others, which fill a cache line
 
   // Dispatches write what follows, too: no publisher reads it.
   alignas(64) DispatchCounts counts;
@@ -167,8 +167,9 @@ struct Observed {
             outputs,
             exclusion};
   }
-  /// With the lock held: the callback was picked, and has limits to keep.
-  [[gnu::cold, gnu::noinline]] void watch_execution(std::size_t worker,
+  /// With the lock held: the callback was picked, and has limits to keep. Returns whether what it
+  /// takes is to be dropped.
+  [[gnu::cold, gnu::noinline]] bool watch_execution(std::size_t worker,
                                                     Watchdog* watchdog) noexcept;
   /// Without it: the callback begins.
   [[gnu::cold, gnu::noinline]] void begin_checked(std::size_t worker,

@@ -120,10 +120,7 @@ using RemovedRecords = std::vector<std::unique_ptr<CallbackRecord>>;
 struct Execution {
   /// `has_times`: when it begins and ends is read, and said to the scheduler and the rule.
   Execution(CallbackRecord& picked, bool has_times)
-      : record(&picked),
-        info(picked.info),
-        is_checked(picked.is_checked),
-        is_dropped(picked.is_dropped()) {
+      : record(&picked), info(picked.info), is_checked(picked.is_checked) {
     slot.sequence = picked.sequence;
     if (has_times) as_picked.emplace(AsPicked{picked, picked.settings.label});
   }
@@ -134,7 +131,8 @@ struct Execution {
   CallbackRecord* record;
   const CallbackInfo* info;  // it and what follows as it was picked
   std::optional<AsPicked> as_picked;
-  bool is_checked, is_dropped;
+  bool is_checked;
+  bool is_dropped = false;  // set only where it is checked
   bool is_taken = false;
   Slot slot;
 };

@@ -101,7 +101,8 @@ void RuleStep::take_inputs(const Worker& worker, std::vector<Execution>& executi
     record->state.retain();
     Execution& execution = executions.emplace_back(*record, ready_.exact_time());
     if (record->is_checked)
-      record->watch_execution(worker.index, dispatcher_.observation().watchdog());
+      execution.is_dropped =
+          record->watch_execution(worker.index, dispatcher_.observation().watchdog());
     execution.is_taken = record->entity->take(execution.slot);
   }
 }

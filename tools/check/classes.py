@@ -13,8 +13,8 @@ MOST_FIELDS = 15
 EXCEPTIONS = {
     ("components/recorder.hpp", "Recorder"): (18, 16, "a component, with its parameters"),
     ("containers/configuration/configuration_reader.hpp", "ConfigurationReader"): (75, 6, "a function for each kind of value"),
-    ("containers/container.hpp", "Container"): (93, 33, "the façade of a process: configure, start, load, stop, result"),
-    ("containers/model/model_builder.hpp", "ModelParts"): (15, 17, "what all steps share"),
+    ("containers/container.hpp", "Container"): (94, 33, "the façade of a process: configure, start, load, stop, result"),
+    ("containers/model/model_builder.hpp", "ModelParts"): (17, 18, "what all steps share"),
     ("containers/model/model_builder.hpp", "ModelBuilder"): (38, 0, "a step for each part of a model"),
     ("entities/entity.hpp", "Entity"): (44, 14, "what executors see of every kind of entity"),
     ("executors/engine/callbacks.hpp", "Callbacks"): (40, 14, "19 of them belong to the interfaces of executor and listener"),

@@ -85,9 +85,7 @@ json assumption_json(const Assumption& assumption) {
           {"accepted", text(assumption.accepted)}};
 }
 
-json chain_bound_json(const AnalyzedFile& file, std::size_t index) {
-  const SystemModel::Chain& chain = file.model.chains[index];
-  const ModelBounds::Chain& bound = file.bounds.chains[index];
+json chain_bound_json(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
   return {{"name", chain.name},
           {"deadline_us",
            chain.deadline == Nanoseconds::zero() ? json() : json(rt::us(chain.deadline))},
@@ -98,7 +96,7 @@ json chain_bound_json(const AnalyzedFile& file, std::size_t index) {
 json chain_json(const AnalyzedFile& file, std::size_t index) {
   const SystemModel::Chain& chain = file.model.chains[index];
   const ModelBounds::Chain& bound = file.bounds.chains[index];
-  json result = chain_bound_json(file, index);
+  json result = chain_bound_json(chain, bound);
   result.update({{"observed_us", observed_json(file.observed(chain))},
                  {"reason", bound.why_not.empty() ? json() : json(bound.why_not)},
                  {"covers_one_of", bound.bound && bound.one_of != 0 ? json(bound.one_of) : json()},
@@ -212,6 +210,47 @@ void print_chains(const AnalyzedFile& file) {
   rt::print("\n");
 }
 
+json mode_json(const AnalyzedFile::Mode& mode) {
+  json chains = json::array();
+  for (std::size_t i = 0; i < mode.model.chains.size(); ++i) {
+    const ModelBounds::Chain& bound = mode.bounds.chains[i];
+    json chain = chain_bound_json(mode.model.chains[i], bound);
+    chain["reason"] = bound.why_not.empty() ? json() : json(bound.why_not);
+    chains.push_back(std::move(chain));
+  }
+  return {{"mode", mode.name}, {"chains", std::move(chains)}};
+}
+
+void print_mode(const AnalyzedFile::Mode& mode) {
+  Table table({"chain", "deadline_ms", "bound_ms", "verdict"});
+  for (std::size_t i = 0; i < mode.model.chains.size(); ++i) {
+    const SystemModel::Chain& chain = mode.model.chains[i];
+    const ModelBounds::Chain& bound = mode.bounds.chains[i];
+    table.add({chain.name, chain.deadline == Nanoseconds::zero() ? "-" : ms(chain.deadline.count()),
+               bound.bound ? ms(bound.bound->count()) : "-", describe(chain, bound)});
+  }
+  table.print(fmt::format("chains in the mode '{}'", mode.name));
+  for (std::size_t i = 0; i < mode.model.chains.size(); ++i) {
+    const SystemModel::Chain& chain = mode.model.chains[i];
+    const ModelBounds::Chain& bound = mode.bounds.chains[i];
+    const Verdict found = verdict(chain, bound);
+    if (!bound.bound) {
+      rt::print("{} has no bound: {}\n", chain.name, bound.why_not);
+    } else if (found != Verdict::guaranteed && found != Verdict::unjudged &&
+               found != Verdict::bounded_if) {  // what that lacks is said above
+      rt::print("{} {}\n", chain.name, why_not_guaranteed(chain, bound));
+    }
+  }
+}
+
+void print_modes(const AnalyzedFile& file) {
+  if (file.modes.empty()) return;
+  for (const AnalyzedFile::Mode& mode : file.modes) print_mode(mode);
+  rt::print(
+      "the bounds above are of each mode by itself: from a switch on there is none, until all "
+      "that was ready has been served\n\n");
+}
+
 /// Why callbacks have no bound: once for all that share the reason.
 void print_reasons(const AnalyzedFile& file) {
   std::map<std::string, std::vector<std::string>> names;
@@ -280,10 +319,13 @@ json analysis_json(const AnalyzedFile& file) {
   for (std::size_t i = 0; i < file.model.callbacks.size(); ++i) {
     callbacks.push_back(callback_json(file, i));
   }
+  json modes = json::array();
+  for (const AnalyzedFile::Mode& mode : file.modes) modes.push_back(mode_json(mode));
   return {{"file", file.system.file},
           {"model", file.measured ? json(file.measured->file) : json()},
           {"guaranteed", file.is_all_guaranteed()},
           {"chains", std::move(chains)},
+          {"modes", std::move(modes)},
           {"callbacks", std::move(callbacks)},
           {"assumptions", std::move(assumptions)}};
 }
@@ -294,7 +336,7 @@ json bounds_json(const AnalyzedFile& file) {
   for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
     const auto& bound = file.bounds.chains[i].bound;
     is_schedulable &= bound && *bound <= file.model.chains[i].deadline;
-    chains.push_back(chain_bound_json(file, i));
+    chains.push_back(chain_bound_json(file.model.chains[i], file.bounds.chains[i]));
   }
   return {{"chains", std::move(chains)}, {"is_schedulable", is_schedulable}};
 }
@@ -302,6 +344,7 @@ json bounds_json(const AnalyzedFile& file) {
 void print_analysis(const AnalyzedFile& file) {
   print_summary(file);
   print_chains(file);
+  print_modes(file);
   print_callbacks(file);
   rt::print("assumptions\n");
   for (std::size_t i = 0; i < file.model.assumptions.size(); ++i) {

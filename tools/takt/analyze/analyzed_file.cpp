@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "takt/base/available_cpus.hpp"
+#include "takt/containers/modes.hpp"
 #include "takt/measuring/machine.hpp"
 
 #include "analyze/overheads.hpp"
@@ -23,6 +24,10 @@ namespace takt::tools {
 bool AnalyzedFile::is_all_guaranteed() const {
   for (std::size_t i = 0; i < model.chains.size(); ++i) {
     if (verdict(model.chains[i], bounds.chains[i]) != Verdict::guaranteed) return false;
+    for (const Mode& mode : modes) {
+      const Verdict found = verdict(mode.model.chains[i], mode.bounds.chains[i]);
+      if (found != Verdict::guaranteed && found != Verdict::dropped) return false;
+    }
   }
   return !model.chains.empty();
 }
@@ -253,6 +258,14 @@ AnalyzedFile analyze_system(SystemDescription system, const AnalyzeOptions& opti
   const auto begin = std::chrono::steady_clock::now();
   file.bounds = analyze(file.model);
   file.analysis_time = std::chrono::steady_clock::now() - begin;
+  const Modes modes(file.system.modes);
+  for (std::size_t mode = 1; mode < modes.all().size(); ++mode) {
+    const ModelledProcess in_mode = modes.modelled(mode, file.processes.front());
+    SystemModel model = make_system_model(file.system, file.chains, {&in_mode, 1},
+                                          file.measured ? &*file.measured : nullptr, file.machine);
+    ModelBounds bounds = analyze(model);
+    file.modes.push_back({modes.all()[mode].name, std::move(model), std::move(bounds)});
+  }
   return file;
 }
 

@@ -28,8 +28,16 @@ struct AnalyzedFile {
   SystemModel model;
   ModelBounds bounds;
   Nanoseconds analysis_time{0};  // what `bounds` took
+  /// Of the file's `modes:`. What is above is the mode normal.
+  struct Mode {
+    std::string name;
+    SystemModel model;
+    ModelBounds bounds;
+  };
+  std::vector<Mode> modes;
 
-  /// Whether there are chains, and each has a deadline and meets it for sure.
+  /// Whether there are chains, and each has a deadline and meets it for sure, in each mode that
+  /// does not drop it.
   bool is_all_guaranteed() const;
   /// Whether a run has shown that a deadline is missed, or a bound wrong.
   bool is_contradicted() const;

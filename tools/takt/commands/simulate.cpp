@@ -41,8 +41,8 @@ using Phases = Scenario::Phases;
 using Times = Scenario::Times;
 
 struct Options {
-  std::string file, model, as, executor, placement = "file", scheduler, duration = "10s", phases,
-                                         times, trace, json;
+  std::string file, model, as, executor, placement = "file", scheduler, mode, duration = "10s",
+                                         phases, times, trace, json;
   std::vector<std::string> settings;
   std::uint64_t seed = 1, runs = 1, cpus = 0;
   bool histograms = false;
@@ -117,6 +117,7 @@ struct Known {
 Known known_of(SystemDescription system, const Simulation& simulation, const Options& options) {
   AnalyzeOptions how{.model = options.model, .overrides = {}, .is_for_here = false};
   how.overrides.executor = options.executor;
+  how.overrides.mode = options.mode;
   how.overrides.placement = parse_placement(options.placement);
   how.overrides.scheduler = options.scheduler;
   system.machine = simulation.system().machine;
@@ -245,7 +246,8 @@ std::vector<Simulated> simulate(const Simulation& simulation, const Options& opt
 SimulationOptions options_of(const SystemDescription& system, const Options& options) {
   SimulationOptions result{.overrides = {.executor = options.executor,
                                          .placement = parse_placement(options.placement),
-                                         .scheduler = options.scheduler},
+                                         .scheduler = options.scheduler,
+                                         .mode = options.mode},
                            .measured = {},
                            .duration = parse_run_time(options.duration)};
   const std::string& model = options.model.empty() ? system.model : options.model;
@@ -318,6 +320,8 @@ void set_up(CLI::App* command) {
   placement_option(command, options->placement);
   command->add_option("--scheduler", options->scheduler, "As for `takt run`");
   as_option(*command, options->as);
+  command->add_option("--mode", options->mode,
+                      "Of the file's `modes:`: the one that is in force, as nothing switches here");
   whole_number(command->add_option("--cpus", options->cpus,
                                    "So many CPUs, from 0 on, instead of those of `machine:`"),
                1, 1024);
