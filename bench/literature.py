@@ -23,7 +23,7 @@ ADVICE = {"picas": "One chain matters more than the others, and real-time thread
 
 def measure(takt, root):
     """All experiments, as `takt bench --json` has them."""
-    done = subprocess.run([takt, "bench", "literature", "--json", "-"], stdout=subprocess.PIPE, text=True, check=True,
+    done = subprocess.run([takt, "bench", "literature", "--duration", "1s", "--json", "-"], stdout=subprocess.PIPE, text=True, check=True,
                           env=os.environ | {"TAKT_COMPONENT_PATH": str(root / "build/release")})
     document = json.loads(done.stdout)
     for experiment in document["experiments"]:
@@ -69,9 +69,10 @@ def what_follows(document):
 
 
 def section(document, table):
+    one = document["experiments"][0]
     parts = [
         "Each experiment repeats what a paper claims, with Takt's executor beside Takt's version of what the paper compared it with. The figure is "
-        "the ratio of both with its 95 % interval, of ten runs of 2 s each that took turns. `holds`: it lies below 1; `refuted`: above; `open`: neither. "
+        f"the ratio of both with its 95 % interval, of {one['repeat']} runs of {one['duration']} each that took turns. `holds`: it lies below 1; `refuted`: above; `open`: neither. "
         "Simulated, the phases of all timers are drawn, 20 scenarios for each run; here all timers start together. "
         "[The catalogue](../reference/catalogue.md) has the executors.",
         table(["experiment", "the paper says", "figure", "here", "simulated"], claim_rows(document))]

@@ -7,7 +7,7 @@ usage: results.py measure [PART...]  measures into docs/results/DATE, 40 minutes
                                      threads [PIECE...]: into docs/results/threads, 7 minutes;
                                      robot: into docs/results/robot, 2 minutes;
                                      footprint: into docs/results/footprint, 3 minutes, as root;
-                                     literature: into docs/results/literature, 10 minutes)
+                                     literature: into docs/results/literature, 5 minutes)
        results.py write              makes docs/results/DATE.md, bounds.md, threads.md and the README's figures from
                                      that data; its picture, too, where that shows other data
        results.py check              exit status 1 if they are not what the data gives

@@ -58,7 +58,7 @@ def literature():
     none = {"text": "None starves.", "metric": "starved_timers", "less": "mt_fair", "more": "", "x": 4, "simulated": False, "repeats": 10,
             "verdict": "holds"}
     return [{"name": "picas", "title": "PiCAS (2021)", "x_label": "", "labels": {"chain_p99_ms": "p99 (ms)"}, "rows": [],
-             "deviations": ["The times are ours."], "claims": [claim, claim | {"simulated": True, "high": 1.25, "verdict": "open"}]},
+             "repeat": 10, "duration": "1s", "deviations": ["The times are ours."], "claims": [claim, claim | {"simulated": True, "high": 1.25, "verdict": "open"}]},
             {"name": "mt_fair", "title": "Fair (2024)", "x_label": "example", "labels": {"starved_timers": "starved"}, "rows": [],
              "deviations": [], "claims": [none]}]
 
