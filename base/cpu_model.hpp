@@ -108,6 +108,8 @@ class CpuModel {
   /// It happens. True: the thread has done its work, and still has its CPU.
   bool happen(Thread& thread, TimePoint now);
   std::size_t cpus() const noexcept { return states_.size(); }
+  /// From here on changes and wake-ups take no time.
+  void end_overheads() noexcept { options_.change = options_.wake = Nanoseconds::zero(); }
   Nanoseconds wake_overhead() const noexcept { return options_.wake; }
 
   /// When something happens to a CPU, of itself.
@@ -130,7 +132,7 @@ class CpuModel {
   std::size_t choose(const Thread& thread) const;
   TimePoint end_of_work(const Thread& thread) const;
 
-  const Options options_;
+  Options options_;
   std::vector<State> states_;    // as the CPUs
   std::vector<Thread*> awake_;   // the most urgent first
   std::vector<Thread*> chosen_;  // while it shares: for which CPU

@@ -91,6 +91,10 @@ class ManualClock final : public Clock {
   };
   /// Of all that take part, by rank.
   std::vector<Use> use() const;
+  /// See CpuModel. While it does not advance.
+  void end_overheads() noexcept {
+    if (cpus_) cpus_->end_overheads();
+  }
   /// See CpuModel. Before it advances.
   void record(std::vector<CpuModel::Change>& changes) noexcept {
     if (cpus_) cpus_->record(changes);

@@ -60,7 +60,9 @@ void Container::make_executor(const ExecutorDescription& executor) {
   options.execution_model = overrides_.execution_model;
   options.limits_chains = limits_chains(description_);
   const ExecutorTraits traits = executors().traits(made.type);
-  if (!overrides_.executor.empty() && traits.takes_band) differs = take_band(made, description_);
+  const bool has_band = executors().traits(executor.type).takes_band;  // of the file
+  if (!overrides_.executor.empty() && traits.takes_band && !has_band)
+    differs = take_band(made, description_);
   for (const std::string& name : made.threads) {
     if (options.threads.size() < traits.max_threads) options.threads.push_back(thread(name));
   }

@@ -41,6 +41,12 @@ class ThreadsOfIsolated {
   std::map<const IsolatedExecutor*, std::vector<const CallbackGroup*>> asked_;
 };
 
+// Whether CPUs are those of `machine`, and not those of this process: it is analysed or simulated.
+bool is_of_machine(const SystemDescription& description, const ContainerOverrides& overrides) {
+  return !description.machine.cpus.empty() &&
+         (overrides.only_constructs || overrides.execution_model != nullptr);
+}
+
 // Whether the file does.
 bool gives_priority(const ComponentDescription& component, const Entity& entity) {
   const auto gives = [](const auto& all, const std::string& name) {
@@ -96,7 +102,7 @@ void Container::make_chains() {
   }
   Plan plan = make_plan(
       find_chains(description_, nodes, errors_), nodes, placed,
-      overrides_.execution_model != nullptr ? description_.machine.cpus : available_cpus(),
+      is_of_machine(description_, overrides_) ? description_.machine.cpus : available_cpus(),
       description_.priorities.value_or(PriorityMethod::picas));
   for (const PlannedChain& chain : plan.chains) {
     try {
@@ -123,7 +129,12 @@ void Container::assign() {
         {.callbacks = {{callback.entity->name(), {.priority = callback.priority}}}});
   }
   for (const Plan::Executor& executor : plan.executors) {
-    if (!has_thread(executor.name)) description_.threads.push_back({executor.thread, {}});
+    if (!has_thread(executor.name)) {
+      description_.threads.push_back({executor.thread, {}});
+      // Of a machine that need not be here, see modelled().
+      if (is_of_machine(description_, overrides_) && overrides_.execution_model == nullptr)
+        description_.threads.back().attributes.affinity.clear();
+    }
     const auto is_namesake = [&](const auto& known) { return known.name == executor.name; };
     if (std::none_of(description_.executors.begin(), description_.executors.end(), is_namesake)) {
       description_.executors.push_back(
@@ -268,8 +279,13 @@ ModelledProcess Container::modelled() const {
   for (const auto& running : *executors_) {
     if (!running->is_own) process.executors.push_back(running->description);
   }
+  const std::vector<Plan::Executor> planned = plan().executors;
   for (const ThreadDescription& entry : description_.threads) {
     process.threads.push_back(entry.attributes);
+    const auto assigned = std::find_if(planned.begin(), planned.end(), [&](const auto& executor) {
+      return entry.where.empty() && executor.name == entry.attributes.name;
+    });
+    if (assigned != planned.end()) process.threads.back().affinity = assigned->thread.affinity;
   }
   for (const auto& loaded : loaded_components()) add_callbacks(*loaded, process);
   return process;

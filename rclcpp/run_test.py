@@ -122,7 +122,7 @@ def is_measured(folder):
     run("model", str(trace), "-o", str(model))
     check("a model has its callbacks", "listener" in model.read_text(), model.read_text())
 
-    done = run("compare", "--executors", "events,single_threaded,file", "--duration", "300ms", "--repeat", "2", "--json",
+    done = run("compare", "--executors", "events,single_threaded,file", "--duration", "1s", "--repeat", "2", "--json",
                str(folder / "compared.json"), "--", program)
     check("a comparison has its name and a row each", f"-- {program} (" in done.stdout
           and all(f"\n{name} " in done.stdout for name in ("events", "single_threaded", "file")), done.stdout)

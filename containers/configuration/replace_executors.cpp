@@ -2,6 +2,7 @@
 #include "takt/containers/configuration/replace_executors.hpp"
 
 #include <algorithm>
+#include <map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -51,13 +52,23 @@ std::vector<std::string> threads_of(const SystemDescription& system) {
   return names;
 }
 
-// Adds the threads that the executor names as `other` has them.
-void take_threads(const SystemDescription& other, const ExecutorDescription& executor,
+// Adds the threads that the executor names as `other` has them; under another name where the
+// system has one of that name.
+void take_threads(const SystemDescription& other, ExecutorDescription& executor,
                   SystemDescription& system) {
-  for (const std::string& name : executor.threads) {
+  std::map<std::string, std::string> taken;  // by the name in `other`
+  for (std::string& name : executor.threads) {
     const ThreadDescription* const thread = find_thread(other, name);
-    if (thread != nullptr && find_thread(system, name) == nullptr)
-      system.threads.push_back(*thread);
+    if (thread == nullptr) continue;
+    if (const auto known = taken.find(name); known != taken.end()) {
+      name = known->second;
+      continue;
+    }
+    std::string& free = taken[name] = name;
+    for (int i = 2; find_thread(system, free) != nullptr; ++i) free = fmt::format("{}-{}", name, i);
+    system.threads.push_back(*thread);
+    system.threads.back().attributes.name = free;
+    name = free;
   }
 }
 
@@ -67,6 +78,12 @@ void give_threads(ExecutorDescription& executor, const SystemDescription& other,
   std::vector<std::string> own = threads_of(system);
   if (own.empty()) return take_threads(other, executor, system);
   const ExecutorTraits traits = executors().traits(executor.type);
+  const bool has_band =
+      system.executors.size() == 1 && executors().traits(system.executors.front().type).takes_band;
+  if (traits.takes_band && has_band) {
+    executor.threads = std::move(own);
+    return;
+  }
   if (traits.takes_band) {
     const ExecutorDescription as_other = executor;
     executor.threads = std::move(own);

@@ -78,6 +78,27 @@ TEST(ReplaceExecutors, TakesThoseOfTheOtherWhereTheFileHasNone) {
   EXPECT_EQ(find_thread(system, "t")->attributes.priority, 30);
 }
 
+TEST(ReplaceExecutors, MixesUpNoThreadsOfOneName) {
+  const SystemDescription other = file_of(
+      "threads: {t: {policy: SCHED_FIFO, priority: 30}}\n"
+      "executors: {all: {type: events, threads: [t, t]}}");
+  const SystemDescription system = replace_executors(
+      file_of("threads: {t: {policy: SCHED_FIFO, priority: 77}}\ndds: {threads: t}\n"), other);
+  EXPECT_THAT(system.executors.front().threads, ElementsAre("t-2", "t-2"));
+  EXPECT_EQ(find_thread(system, "t-2")->attributes.priority, 30);
+  EXPECT_EQ(find_thread(system, "t")->attributes.priority, 77);
+}
+
+TEST(ReplaceExecutors, KeepsABandThatTheFileHas) {
+  const std::string band =
+      "threads: {t: {policy: SCHED_FIFO, priority: 60..62, affinity: [0]}}\n"
+      "executors: {default: {type: preemptive, threads: [t]}}";
+  const SystemDescription system = replace_executors(
+      file_of(band), file_of("threads: {u: {policy: SCHED_FIFO, priority: 10..12, affinity: [0]}}\n"
+                             "executors: {all: {type: preemptive, threads: [u]}}"));
+  EXPECT_THAT(system.executors.front().threads, ElementsAre("t-60", "t-61", "t-62"));
+}
+
 TEST(ReplaceExecutors, GivesABandFromTheMostUrgentThread) {
   const std::string other =
       "threads: {t: {policy: SCHED_FIFO, priority: 10..12, affinity: [0]}}\n"

@@ -335,6 +335,7 @@ SimulatedRun Simulation::run(const Scenario& scenario) const {
         "declare it (`execution`), or measure it (`takt model`)", system_.file);
   });
   const std::vector<ManualClock::Use> use = clock.use();
+  clock.end_overheads();  // that the end wakes all threads is no part of the system
   container.hold();
   container.stop();
   SimulatedRun run{.result = container.result(), .executions = bodies.executions()};

@@ -54,6 +54,7 @@ void ConfigurationReader::check_mode(const Value& value, const ModeDescription& 
     errors_.add(value.line, fmt::format("the mode '{}' is the one without changes", kNormalMode),
                 "give yours another name");
   }
+  if (mode.name.empty()) errors_.add(value.line, "a mode has no name", "give it one");
   if (mode.drop.empty() && mode.demote.empty()) {
     errors_.add(value.line, fmt::format("the mode '{}' changes nothing", mode.name),
                 "list callbacks under 'drop' or 'demote'");

@@ -308,6 +308,12 @@ void bench(const BenchOptions& options) {
   if (!options.report.empty()) {
     std::error_code failed;
     fs::create_directories(folder, failed);
+    if (failed)
+      throw Error(fmt::format("--report: the folder {} cannot be made: {}", options.report,
+                              failed.message()),
+                  "name another folder");
+    if (!fs::is_directory(folder))
+      throw Error(fmt::format("--report: {} is no folder", options.report), "name another one");
     check_report(folder / "report.html");
   }
   std::vector<const Experiment*> chosen;

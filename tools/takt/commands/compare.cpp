@@ -166,8 +166,13 @@ bool is_left_out(const std::string& executor, const std::string& scheduler) {
 
 /// "all" that fit, or a list separated by commas of words of the catalogue and files.
 std::vector<std::string> as_selection(const std::string& text) {
-  if (text != "all") return CLI::detail::split(text, ',');
   std::vector<std::string> words;
+  if (text != "all") {
+    words = CLI::detail::split(text, ',');
+    if (std::find(words.begin(), words.end(), "") != words.end())
+      throw Error(fmt::format("--as '{}' has an empty entry", text), "remove a comma");
+    return words;
+  }
   for (const CatalogueEntry& entry : catalogue())
     if (entry.why_not.empty()) words.push_back(entry.word);
   return words;
@@ -204,6 +209,14 @@ std::vector<std::string> compositions_of(const Options& options) {
   return names;
 }
 
+/// Refuses what is only for rows of executors, where there are none.
+void check_as(const Options& options) {
+  if (options.as.empty() || !options.executors.empty()) return;
+  if (options.schedulers.empty() && options.placement == kFile) return;
+  throw Error("--schedulers and --placement are for --executors, and --as has its own",
+              "leave them out, or name executors, too");
+}
+
 /// The rows of executors of Takt, with a scheduler each; then those of the catalogue. Each in each
 /// composition; the first of them says for which file.
 std::vector<Comparison> rows_of_one_file(const Options& options) {
@@ -230,6 +243,12 @@ std::vector<Comparison> rows_of_one_file(const Options& options) {
   if (options.as.empty()) return rows;
   const std::vector<std::string> as_names = as_selection(options.as);
   refuse_twins("--as", as_names);
+  for (const std::string& as : as_names) {
+    if (std::find(executor_names.begin(), executor_names.end(), as) == executor_names.end())
+      continue;
+    throw Error(fmt::format("--executors and --as both name '{}'", as),
+                "leave one of them out: rows of one name cannot be told apart");
+  }
   for (const std::string& as : as_names) rows.push_back({.executor = as, .placement = kAs});
   return rows;
 }
@@ -237,6 +256,7 @@ std::vector<Comparison> rows_of_one_file(const Options& options) {
 /// What is asked for, or Error before anything is measured.
 std::vector<Comparison> rows_of(Options& options) {
   check(options);
+  check_as(options);
   for (const std::string& file : options.files) read_system(file);  // may load executors
   if (options.files.empty()) options.files = {""};                  // the program alone
   refuse_twins("FILE", options.files);

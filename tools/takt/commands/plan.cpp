@@ -128,7 +128,8 @@ void plan(const Options& options) {
   const std::vector<SystemDescription> processes = split(system, Composition::file);
   json plans = json::array();
   for (SystemDescription process : processes) {
-    process.dds.reset();  // nothing runs
+    process.dds.reset();           // nothing runs
+    process.machine.cpus.clear();  // a run has those that are here
     const std::string name = process.name;
     const Container container(process, reports_exit());
     plans.push_back(plan_json(name, container));

@@ -97,6 +97,10 @@ for words in (("one.yaml", "--executor", "events"), ("one.yaml", "--scheduler", 
               ("--name", "robot"), ("one.yaml", "--", "true")):
     _, errors = run("run", "--as", "picas", *words, status=2)
     check(f"--as goes not with {words[1]}", "--as" in errors, errors)
+for words, part in ((("--as", "events", "--executors", "events"), "both name 'events'"), (("--as", "picas,,multi"), "has an empty entry"),
+                    (("--as", "picas", "--schedulers", "edf"), "--as has its own"), (("--as", "picas,picas"), "'picas' is given twice")):
+    _, errors = run("compare", "one.yaml", *words, status=2)
+    check(f"takt compare refuses {' '.join(words)}", part in errors and errors.count("\n") == 1, errors)
 shown, _ = run("run", "one.yaml", "--as", "picas", "--duration", "100ms")
 check("a run is under it", re.search(r"^brake +chain_aware +brake ", shown, re.M), shown)
 shown, _ = run("plan", "one.yaml", "--method", "rate_monotonic")

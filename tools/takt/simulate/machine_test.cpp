@@ -1,0 +1,85 @@
+// A simulation and the analysis beside each other, where they once were of different machines.
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "takt/containers/configuration/configuration_file_test.hpp"
+#include "takt/containers/simulation/simulation.hpp"
+
+#include "analyze/analyzed_file.hpp"
+
+namespace takt::tools {
+namespace {
+
+using namespace std::chrono_literals;
+
+Nanoseconds bound_of_chain(const SystemDescription& system, std::string_view name) {
+  const AnalyzedFile file = analyze_system(system, {.is_for_here = false});
+  for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
+    if (file.model.chains[i].name == name) return file.bounds.chains[i].bound.value_or(0ns);
+  }
+  return 0ns;
+}
+
+// Executors that Takt assigns to chains were analysed on the CPUs of this process, and so two heavy
+// chains of a machine with one CPU were guaranteed.
+TEST(SimulatedMachine, AssignedExecutorsAreOnTheMachinesCpus) {
+  const auto file = [](std::string_view cpus) {
+    return ConfigurationFile("system.yaml", fmt::format(R"(
+machine: {{cpus: {}, rt_runtime: unlimited, exclusive: true}}
+chains:
+  - {{name: a, priority: 2, deadline: 10ms, path: [one/x_timer, two/x]}}
+  - {{name: b, priority: 1, deadline: 10ms, path: [three/z_timer, four/z]}}
+container:
+  name: robot
+  components:
+    - {{component: takt::Workload, name: one, parameters: {{publishers: {{topic: [x], period_us: [20000], work_us: [3000]}}}}}}
+    - {{component: takt::Workload, name: two, parameters: {{subscriptions: {{topic: [x], work_us: [3000]}}}}}}
+    - {{component: takt::Workload, name: three, parameters: {{publishers: {{topic: [z], period_us: [20000], work_us: [1000]}}}}}}
+    - {{component: takt::Workload, name: four, parameters: {{subscriptions: {{topic: [z], work_us: [1000]}}}}}}
+)",
+                                                        cpus))
+        .read();
+  };
+  const auto longest_of_b = [](const SystemDescription& system) {
+    const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 100ms});
+    return simulation.run({.phases = Scenario::Phases::equal})
+        .result.chains.at(1)
+        .statistics.latency.max();
+  };
+  EXPECT_EQ(longest_of_b(file("1")), 8ms);
+  EXPECT_GE(bound_of_chain(file("1"), "b"), 8ms);
+  EXPECT_EQ(longest_of_b(file("[4, 5]")), 2ms);  // also of CPUs that are not here
+  EXPECT_EQ(bound_of_chain(file("[4, 5]"), "b"), 2ms);
+}
+
+// The end of a run wakes all threads. A more urgent one that did so took the switches of it from a
+// callback that had begun, beyond its bound.
+TEST(SimulatedMachine, TheEndOfARunTakesNoTime) {
+  constexpr std::string_view kText = R"(
+threads:
+  low: {policy: SCHED_FIFO, priority: 41, affinity: [0]}
+  high: {policy: SCHED_FIFO, priority: 42, affinity: [0]}
+executors: {low: {type: events, threads: [low]}, high: {type: events, threads: [high]}}
+chains: [{name: low, path: [low/a_timer]}]
+machine: {cpus: 1, rt_runtime: unlimited, exclusive: true, overheads: {dispatch: 5us, wake: 20us, switch: 3us}}
+container:
+  name: robot
+  components:
+    - {component: takt::Workload, name: low, executor: low, parameters: {publishers: {topic: [a], period_us: [10000], work_us: [2500]}}}
+    - {component: takt::Workload, name: high, executor: high, parameters: {publishers: {topic: [b], period_us: [10000], work_us: [2500]}}}
+)";
+  const SystemDescription system = ConfigurationFile("system.yaml", kText).read();
+  const Nanoseconds bound = bound_of_chain(system, "low");
+  for (auto duration = 20ms; duration < 30ms; duration += 1ms) {
+    const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = duration});
+    const SimulatedRun run = simulation.run({.phases = Scenario::Phases::equal});
+    EXPECT_EQ(run.result.chains.at(0).statistics.latency.max(), bound) << to_string(duration);
+  }
+}
+
+}  // namespace
+}  // namespace takt::tools
