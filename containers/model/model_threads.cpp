@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <initializer_list>
 #include <thread>
 
@@ -56,7 +57,13 @@ analysis::Overheads overheads_of(const MachineDescription& machine, const Measur
 }
 
 void ModelBuilder::set_overheads() {
-  model_.system.overheads = overheads_of(description_.machine, measured_);
+  analysis::Overheads& overheads = model_.system.overheads;
+  overheads = overheads_of(description_.machine, measured_);
+  // A slow CPU takes longer for a switch, too. The slowest counts for all.
+  double slowest = 1;
+  for (const auto& [cpu, speed] : description_.machine.speed) slowest = std::min(slowest, speed);
+  overheads.context_switch = static_cast<analysis::Time>(
+      std::ceil(static_cast<double>(overheads.context_switch) / slowest));
 }
 
 void ModelBuilder::add_callbacks() {

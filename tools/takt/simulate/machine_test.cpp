@@ -56,6 +56,29 @@ container:
   EXPECT_EQ(bound_of_chain(file("[4, 5]"), "b"), 2ms);
 }
 
+// Simulated, a switch took longer on a slow CPU, and in the bound it did not.
+TEST(SimulatedMachine, ASlowCpuTakesLongerToSwitch) {
+  constexpr std::string_view kText = R"(
+machine: {cpus: [0], exclusive: true, rt_runtime: unlimited, speed: {0: 0.5}, overheads: {switch: 100us}}
+threads: {h: {policy: SCHED_FIFO, priority: 80, affinity: [0]}, l: {policy: SCHED_FIFO, priority: 78, affinity: [0]}}
+executors: {eh: {type: events, threads: [h]}, el: {type: events, threads: [l]}}
+chains: [{name: low, path: [low/a_timer, last/a]}]
+container:
+  name: robot
+  components:
+    - {component: takt::Workload, name: high, executor: eh, parameters: {publishers: {topic: [b], period_us: [5000], work_us: [700]}}}
+    - {component: takt::Workload, name: low, executor: el, parameters: {publishers: {topic: [a], period_us: [20000], work_us: [2000]}}}
+    - {component: takt::Workload, name: last, executor: el, parameters: {subscriptions: {topic: [a], work_us: [1000]}}}
+)";
+  const SystemDescription system = ConfigurationFile("system.yaml", kText).read();
+  const Nanoseconds bound = bound_of_chain(system, "low");
+  const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 1s});
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const SimulatedRun run = simulation.run({.seed = seed, .phases = Scenario::Phases::random});
+    EXPECT_LE(run.result.chains.at(0).statistics.latency.max(), bound) << seed;
+  }
+}
+
 // The end of a run wakes all threads. A more urgent one that did so took the switches of it from a
 // callback that had begun, beyond its bound.
 TEST(SimulatedMachine, TheEndOfARunTakesNoTime) {
