@@ -194,6 +194,11 @@ void check(const Options& options) {
   if (is_program && (options.compositions != kFile || !options.as.empty())) {
     throw Error("--compositions and --as are for containers, not for a program", "leave them out");
   }
+  const bool has_only_as = !options.as.empty() && options.executors.empty();
+  if (has_only_as && (!options.schedulers.empty() || options.placement != kFile)) {
+    throw Error("--schedulers and --placement are for --executors, and --as has its own",
+                "leave them out, or name executors, too");
+  }
 }
 
 std::vector<std::string> compositions_of(const Options& options) {
@@ -207,14 +212,6 @@ std::vector<std::string> compositions_of(const Options& options) {
   }
   refuse_twins("--compositions", names);
   return names;
-}
-
-/// Refuses what is only for rows of executors, where there are none.
-void check_as(const Options& options) {
-  if (options.as.empty() || !options.executors.empty()) return;
-  if (options.schedulers.empty() && options.placement == kFile) return;
-  throw Error("--schedulers and --placement are for --executors, and --as has its own",
-              "leave them out, or name executors, too");
 }
 
 /// The rows of executors of Takt, with a scheduler each; then those of the catalogue. Each in each
@@ -256,7 +253,6 @@ std::vector<Comparison> rows_of_one_file(const Options& options) {
 /// What is asked for, or Error before anything is measured.
 std::vector<Comparison> rows_of(Options& options) {
   check(options);
-  check_as(options);
   for (const std::string& file : options.files) read_system(file);  // may load executors
   if (options.files.empty()) options.files = {""};                  // the program alone
   refuse_twins("FILE", options.files);
