@@ -141,16 +141,16 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
       record.entity->kind() == EntityKind::subscription) {
     discard(execution, record.counts.discarded);
   }
+  if (execution.is_taken && execution.is_dropped) [[unlikely]]
+    discard(execution, record.dropped_by_mode);
   if (!execution.is_taken) {
     if (is_checked) record.supervision->running[worker.index].deadline.store(kNever);
     return times;
   }
   Dispatch dispatch = record.dispatch(slot, execution.info, outputs, record.exclusion.get());
   const Dispatch::Scope scope(dispatch);
-  if (is_checked) [[unlikely]] {
-    if (execution.is_dropped) return discard(execution, record.dropped_by_mode), times;
+  if (is_checked) [[unlikely]]
     record.begin_checked(worker.index, dispatch);
-  }
   ThreadUsage before;
   if (times.is_traced) [[unlikely]]
     before = ThreadUsage::now();
