@@ -62,9 +62,9 @@ def what_follows(document):
         verdicts = {claim["verdict"] for claim in claims}
         verdict = verdicts.pop() if len(verdicts) == 1 else "holds in part"
         shown = {claim["metric"]: claim for claim in claims if "ratio" in claim}
-        ratios = ", ".join(f"{experiment['labels'][metric]} {interval(claim)} of `{claim['more']}`'s for `{claim['less']}`"
+        ratios = "; ".join(f"{experiment['labels'][metric]} under `{claim['less']}` is {interval(claim)} times that under `{claim['more']}`"
                            for metric, claim in shown.items())
-        lines.append(f"- {ADVICE[experiment['name']]}: `takt bench {experiment['name']}`, {verdict}{': ' + ratios if ratios else ''}.")
+        lines.append(f"- {ADVICE[experiment['name']]}: `takt bench {experiment['name']}` {verdict}{'; ' + ratios if ratios else ''}.")
     return "\n".join(lines)
 
 
@@ -72,7 +72,7 @@ def section(document, table):
     one = document["experiments"][0]
     parts = [
         "Each experiment repeats what a paper claims, with Takt's executor beside Takt's version of what the paper compared it with. The figure is "
-        f"the ratio of both with its 95 % interval, of {one['repeat']} runs of {one['duration']} each that took turns. `holds`: it lies below 1; `refuted`: above; `open`: neither. "
+        f"the ratio of both with its 95 % interval, of {one['repeat']} runs of {one['duration'].replace('s', ' s')} each that took turns. `holds`: it lies below 1; `refuted`: above; `open`: neither. "
         "Simulated, the phases of all timers are drawn, 20 scenarios for each run; here all timers start together. "
         "[The catalogue](../reference/catalogue.md) has the executors.",
         table(["experiment", "the paper says", "figure", "here", "simulated"], claim_rows(document))]
