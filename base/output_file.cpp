@@ -177,7 +177,7 @@ bool OutputFile::may_overwrite() noexcept {
 }
 
 OutputFile::OutputFile(const FilePlace& place, Whose whose)
-    : path_(place.path()), has_mark_(whose == Whose::person) {
+    : path_(place.path()), has_mark_(whose != Whose::takt) {
   if (place.is_beneath() || whose == Whose::person) {
     fd_ = place.open(O_CREAT | O_EXCL | O_WRONLY, 0666);
     is_new_ = true;

@@ -24,8 +24,9 @@ inline constexpr std::string_view kTaktsJson = "\t \t ";
 /// Real-time: no.
 class OutputFile {
  public:
-  /// `person`: someone goes on with it in an editor. It is new, and has no mark.
-  enum class Whose { takt, person };
+  /// `person`: someone goes on with it in an editor. It is new, and has no mark. `unmarked`: its
+  /// format has no place for a mark, so that the next one is not recognised, either.
+  enum class Whose { takt, person, unmarked };
 
   /// Throws Error, which names the path, if the constructor would. Changes nothing.
   static void check(const FilePlace& place);

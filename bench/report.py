@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Draws one self-contained HTML page from a result document of takt bench, compare or analyze.
+"""Draws one self-contained HTML page from a result document of takt bench, compare or analyze; or a figure of takt compare's.
 
-usage: report.py OUT.html < results.json
+usage: report.py OUT.html|OUT.pdf < results.json
 
 Every figure is an SVG with its text as text and the number of samples. The page is one file, for a light or a dark
 screen and for print.
@@ -11,8 +11,9 @@ import json
 import os
 import sys
 
-from report_page import (COLOURS, Page, boxes, distribution_curves, legend_of, lines, median, number, over_time, percentile_curves, plt,
-                         quantile, scale)
+from report_figure import draw_figure
+from report_page import (COLOURS, Page, boxes, buckets_of, distribution_curves, legend_of, lines, median, number, over_time,
+                         percentile_curves, plt, quantile, row_name, scale)
 
 # What the paper measured, too: experiment, metric → (x values, series, factor to our unit).
 PAPER = {
@@ -135,32 +136,6 @@ def draw_experiment(page, experiment, paper):
     for series, why in sorted({(row["series"], row["missing"])
                                for row in experiment["rows"] if "missing" in row}):
         page.note(f"{series}: not measured, {why}.")
-
-
-def bucket_limit_us(bucket):
-    """The upper limit of a bucket of base/histogram.hpp."""
-    sub = 32
-    if bucket < sub:
-        return bucket / 1e3
-    shift = bucket // sub - 1
-    return (((bucket % sub + sub + 1) << shift) - 1) / 1e3
-
-
-def row_name(run):
-    parts = [run["executor"]] + [run[key] for key in ("placement", "scheduler", "composition") if run.get(key, "file") not in ("file", "as")]
-    return ", ".join(parts)
-
-
-def buckets_of(runs, rows, is_meant=lambda row: True):
-    """The latencies of these rows in all runs, as [µs, count] pairs in order."""
-    result, most = {}, 0
-    for run in runs:
-        for row in run[rows]:
-            if is_meant(row):
-                most = max(most, row["latency_us"].get("max") or 0)
-                for bucket, count in row["latency_us"].get("histogram", []):
-                    result[bucket] = result.get(bucket, 0) + count
-    return [(min(bucket_limit_us(bucket), most), count) for bucket, count in sorted(result.items())]
 
 
 def percentiles(buckets):
@@ -441,6 +416,8 @@ def main():
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     document = json.load(sys.stdin)
+    if sys.argv[1].endswith(".pdf"):
+        return draw_figure(document["runs"], sys.argv[1])
     page = Page(document)
     for experiment in document.get("experiments", []):
         draw_experiment(page, experiment, document.get("paper"))

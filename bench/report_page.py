@@ -177,6 +177,32 @@ def quantile(buckets, fraction):
     return 0
 
 
+def bucket_limit_us(bucket):
+    """The upper limit of a bucket of base/histogram.hpp."""
+    sub = 32
+    if bucket < sub:
+        return bucket / 1e3
+    shift = bucket // sub - 1
+    return (((bucket % sub + sub + 1) << shift) - 1) / 1e3
+
+
+def row_name(run):
+    parts = [run["executor"]] + [run[key] for key in ("placement", "scheduler", "composition") if run.get(key, "file") not in ("file", "as")]
+    return ", ".join(parts)
+
+
+def buckets_of(runs, rows, is_meant=lambda row: True):
+    """The latencies of these rows in all runs, as [µs, count] pairs in order."""
+    result, most = {}, 0
+    for run in runs:
+        for row in run[rows]:
+            if is_meant(row):
+                most = max(most, row["latency_us"].get("max") or 0)
+                for bucket, count in row["latency_us"].get("histogram", []):
+                    result[bucket] = result.get(bucket, 0) + count
+    return [(min(bucket_limit_us(bucket), most), count) for bucket, count in sorted(result.items())]
+
+
 def draw_percentiles(axes, named_buckets):
     """Latency against the percentile, the axis stretched towards 100 % (as HdrHistogram draws). Returns the samples."""
     totals = []

@@ -98,6 +98,8 @@ def use_command():
     step("takt says its version", "takt --version", VERSION)
     step("takt checks an example", f"takt check {robot}", "valid")
     step("takt runs it", f"takt run {robot} --duration 2s", "callbacks")
+    step("takt repeats a bundle", f"cd /tmp; takt compare {robot} --executors events,single_threaded --duration 500ms --repeat 6 --bundle "
+         "robot.tar.zst && takt bundle robot.tar.zst --run --as-root", "(before)")
     step("takt finds RouDi", "takt doctor --json -; true", "RouDi is not running")  # or: iox-roudi is not installed
     step("there are pages for man", "zcat /usr/share/man/man1/takt-run.1.gz", "takt run [OPTIONS] [FILE]")
     step("a real-time test starts", "rt_no_allocation --rounds 1; test $? != 127")

@@ -10,6 +10,7 @@ namespace takt::tools {
 
 extern const char* const kReportScript;       // bench/report.py
 extern const char* const kReportPage;         // bench/report_page.py
+extern const char* const kReportFigure;       // bench/report_figure.py
 extern const char* const kPaperFigures;       // bench/paper_figures.json
 extern const char* const kNav2Robot;          // examples/08_nav2/nav2.yaml
 extern const char* const kReferenceSystem;    // bench/workloads/reference_system.yaml

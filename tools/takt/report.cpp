@@ -30,11 +30,12 @@ constexpr const char* kPython = "/usr/bin/python3";  // Debian's Python finds De
 // Limit: bytes of a report. At it: the page is not written. Seen: the error.
 constexpr std::size_t kMostReport = std::size_t{1} << 30;
 
-// The script imports the page as from a file.
-constexpr const char* kImportPage = R"(
+// The script imports its parts as from files.
+constexpr const char* kImportParts = R"(
 import sys, types
-page = sys.modules["report_page"] = types.ModuleType("report_page")
-exec(sys.argv[2], page.__dict__)
+for name, text in zip(("report_page", "report_figure"), sys.argv[2:]):
+    part = sys.modules[name] = types.ModuleType(name)
+    exec(text, part.__dict__)
 )";
 
 /// Python with these arguments, as the user of this process has it and nobody else: -I keeps the
@@ -55,6 +56,28 @@ std::vector<std::string> command_line() {
   return words;
 }
 
+/// `path`: what the user calls it.
+void draw(const json& document, const std::string& to, const std::string& path) {
+  const std::string script = std::string(kImportParts) + kReportScript;
+  if (python({"-c", script, to, kReportPage, kReportFigure}, rt::json_text(document)) != 0)
+    throw std::runtime_error(path + ": it was not drawn; see the message above");
+}
+
+void check_drawing(const char* option, const std::string& path, const char* what,
+                   const char* ending) {
+  if (!path.ends_with(ending)) {
+    throw Error(fmt::format("'{}' is no name of a {}", path, what),
+                fmt::format("end it with {}", ending));
+  }
+  if (python({"-c", "import matplotlib"}, "") != 0) {
+    throw Error(
+        fmt::format("{} needs Python's matplotlib, which is not installed for all users", option),
+        fmt::format("run `apt-get install python3-matplotlib` (one of `pip install --user` is not "
+                    "looked for), or omit {}",
+                    option));
+  }
+}
+
 json graph_of(const std::string& file) {
   Logger::instance().flush();
   const LogLevel before = Logger::instance().level();
@@ -73,28 +96,35 @@ json graph_of(const std::string& file) {
 }  // namespace
 
 void check_report(const std::string& path) {
-  if (!path.ends_with(".html")) {
-    throw Error(fmt::format("'{}' is no name of a report, which is an HTML page", path),
-                "end it with .html");
-  }
-  if (python({"-c", "import matplotlib"}, "") != 0) {
-    throw Error("--report needs Python's matplotlib, which is not installed for all users",
-                "run `apt-get install python3-matplotlib` (one of `pip install --user` is not "
-                "looked for), or omit --report");
-  }
+  check_drawing("--report", path, "report, which is an HTML page", ".html");
+}
+
+void check_figure(const std::string& path) {
+  check_drawing("--figure", path, "figure, which is a PDF", ".pdf");
+}
+
+std::string data_of_figure(const std::string& path) {
+  return path.substr(0, path.rfind('.')) + ".csv";
 }
 
 void write_report(json document, const std::string& path, const std::vector<std::string>& files) {
   document["command"] = command_line();
   for (const std::string& file : files) document["graphs"].push_back(graph_of(file));
-  const std::string script = std::string(kImportPage) + kReportScript;
   const TemporaryFolder folder;
-  const std::string page = folder / "report.html";
-  if (python({"-c", script, page, kReportPage}, rt::json_text(document)) != 0) {
-    throw std::runtime_error(path + ": the report was not drawn; see the message above");
-  }
-  write_output(path, read_text(page, kMostReport));
+  draw(document, folder / "report.html", path);
+  write_output(path, read_text(folder / "report.html", kMostReport));
   rt::to_stderr("report: {}\n", path);
+}
+
+void write_figure(const json& document, const std::string& path) {
+  const TemporaryFolder folder;
+  draw(document, folder / "figure.pdf", path);
+  for (const std::string& name : {path, data_of_figure(path)}) {
+    OutputFile file(name, OutputFile::Whose::unmarked);
+    file.write(read_text(folder / (name == path ? "figure.pdf" : "figure.csv"), kMostReport));
+    file.complete();
+  }
+  rt::to_stderr("figure: {}\n", path);
 }
 
 }  // namespace takt::tools

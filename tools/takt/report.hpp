@@ -18,9 +18,16 @@ namespace takt::tools {
 void write_report(nlohmann::json document, const std::string& path,
                   const std::vector<std::string>& files = {});
 
-/// Throws the same Error if a report cannot be written. Call it before the measurement, so that no
-/// results are lost.
+/// Draws the latencies of "runs" as a PDF, one column of a paper wide, and writes what is drawn
+/// beside it. The same script and the same Errors.
+void write_figure(const nlohmann::json& document, const std::string& path);
+/// "f.csv" of "f.pdf".
+std::string data_of_figure(const std::string& path);
+
+/// Throw the same Errors if it cannot be drawn. Call it before the measurement, so that no results
+/// are lost.
 void check_report(const std::string& path);
+void check_figure(const std::string& path);
 
 }  // namespace takt::tools
 

@@ -46,7 +46,7 @@ std::string why_not(const Template& file) {
 }
 
 SystemDescription read_as(const std::string& as) {
-  if (as.find('/') != as.npos || as.ends_with(".yaml")) return read_system(as);
+  if (is_file(as)) return read_system(as);
   std::vector<std::string> words;
   for (const Template& file : kCatalogue) {
     words.push_back(word_of(file));

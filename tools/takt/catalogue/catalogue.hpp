@@ -23,6 +23,11 @@ struct CatalogueEntry {
 /// In the order of their words.
 const std::vector<CatalogueEntry>& catalogue();
 
+/// Whether such a word is a file of a user.
+inline bool is_file(const std::string& as) {
+  return as.find('/') != as.npos || as.ends_with(".yaml");
+}
+
 /// The file's system; under the executors of an entry, or of another file, unless `as` is empty.
 /// Throws Error if there is no such entry, or it fits no other file.
 SystemDescription read_system_as(const std::string& path, const std::string& as,

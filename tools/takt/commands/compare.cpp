@@ -17,6 +17,7 @@
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/run.hpp"
 
+#include "bundle/bundle.hpp"
 #include "catalogue/catalogue.hpp"
 #include "commands.hpp"
 #include "exit_status.hpp"
@@ -37,7 +38,7 @@ namespace {
 struct Options {
   std::vector<std::string> files;
   std::string executors, as, placement = "file", schedulers, compositions = "file", duration = "5s",
-                             against, save, report, model;
+                             against, save, report, figure, model, bundle;
   ResultFiles results;
   int repeat = 1;
   bool simulates = false;
@@ -191,6 +192,10 @@ void check(const Options& options) {
   if (!options.simulates && !options.model.empty()) {
     throw Error("--model is for --simulate", "add that, or leave the model out");
   }
+  if (is_program && !options.bundle.empty()) {
+    throw Error("--bundle is for containers, not for a program, which may need any file",
+                "leave it out");
+  }
   if (is_program && (options.compositions != kFile || !options.as.empty())) {
     throw Error("--compositions and --as are for containers, not for a program", "leave them out");
   }
@@ -284,6 +289,60 @@ void check_outputs(const Options& options) {
     }
   }
   if (!options.report.empty()) check_report(options.report);
+  if (!options.figure.empty()) check_figure(options.figure);
+  if (!options.bundle.empty() && !options.bundle.ends_with(kBundleEnding)) {
+    throw Error(fmt::format("'{}' is no name of a bundle", options.bundle),
+                fmt::format("end it with {}", kBundleEnding));
+  }
+}
+
+/// What the runs of a bundle are stored as, for --against.
+constexpr const char* kBefore = "before";
+
+/// A word of --as there.
+std::string bundled_as(const std::string& word) {
+  if (!is_file(word)) return word;
+  return (is_file(bundled(word)) ? "" : "./") + bundled(word);
+}
+
+/// The files of a bundle but the results: as they are before the measurement.
+std::vector<BundledFile> bundled_files(const Options& options) {
+  std::vector<std::string> words{"compare"}, systems = options.files;
+  std::transform(systems.begin(), systems.end(), std::back_inserter(words), bundled);
+  std::vector<std::string> as;
+  for (const std::string& word : CLI::detail::split(options.as, ',')) {
+    if (is_file(word)) systems.push_back(word);
+    as.push_back(bundled_as(word));
+  }
+  const auto add = [&words](const char* option, const std::string& value) {
+    if (!value.empty()) words.insert(words.end(), {option, value});
+  };
+  add("--executors", options.executors);
+  add("--as", fmt::format("{}", fmt::join(as, ",")));
+  if (options.placement != kFile) add("--placement", options.placement);
+  add("--schedulers", options.schedulers);
+  if (options.compositions != kFile) add("--compositions", options.compositions);
+  add("--duration", options.duration);
+  add("--repeat", std::to_string(options.repeat));
+  if (options.simulates) words.push_back("--simulate");
+  if (!options.model.empty()) add("--model", bundled(options.model));
+  add("--against", kBefore);
+  std::vector<BundledFile> files = files_of_systems(systems, options.model);
+  files.push_back({kRunScript, run_script(words)});
+  return files;
+}
+
+void write_bundle(const std::string& path, std::vector<BundledFile> files,
+                  std::vector<rt::Run> runs, nlohmann::json document) {
+  for (rt::Run& run : runs) {
+    run.file = bundled(run.file);
+    if (run.placement == kAs) run.executor = bundled_as(run.executor);
+  }
+  document["runs"] = rt::result_document(runs)["runs"];
+  document.erase("ratios");  // they have the names of before
+  files.push_back({stored_path(kBefore), rt::json_text(document)});
+  write_bundle(path, std::move(files));
+  rt::to_stderr("bundle: {}\n", path);
 }
 
 Against find_against(const Options& options, std::span<const Comparison> rows) {
@@ -316,6 +375,8 @@ void compare(Options options) {
   const Against against = find_against(options, rows);
   const bool is_comparison = rows.size() > options.files.size() || against.stored.has_value();
   check_outputs(options);
+  std::vector<BundledFile> files;
+  if (!options.bundle.empty()) files = bundled_files(options);
   begin_work();
   auto [runs, interrupted] = measure(rows, options);
   if (runs.empty()) throw Interrupted(*interrupted);
@@ -332,11 +393,14 @@ void compare(Options options) {
   if (options.simulates) document["simulated"] = true;
   options.results.write(document, runs, true, compared);
   if (!interrupted && !options.save.empty()) write_json(document, stored_path(options.save));
+  if (!interrupted && !options.bundle.empty())
+    write_bundle(options.bundle, std::move(files), runs, document);
   const bool has_nodes = program_words().empty();  // a program's are not known here
   if (!options.report.empty()) {
     document["sentences"] = sentences_json(compared);
     write_report(document, options.report, has_nodes ? options.files : std::vector<std::string>());
   }
+  if (!options.figure.empty()) write_figure(document, options.figure);
   if (interrupted) throw Interrupted(*interrupted);
 }
 
@@ -386,6 +450,15 @@ void set_up(CLI::App* command) {
       "Store the runs for --against, as NAME.compared.json in this folder",
       [](const std::string& name) { return named_file(name.empty() ? name : stored_path(name)); }));
   add_output(*command, "--report", options->report, "Also write an HTML page");
+  add_output(*command, "--figure", options->figure,
+             "Also write the latencies as OUT.pdf, one column of a paper wide, and as OUT.csv",
+             [](const std::string& path) {
+               return path.empty() ? named_file(path)
+                                   : std::vector<std::string>{path, data_of_figure(path)};
+             });
+  add_output(*command, "--bundle", options->bundle,
+             "Also write all that another machine needs to repeat this, as OUT.tar.zst; see `takt "
+             "bundle`");
   options->results.add_options(command, "every run");
   command->footer(
       "With -- PROGRAM [ARGUMENT]... runs a program written for rclcpp, each FILE as its "

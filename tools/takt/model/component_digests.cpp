@@ -28,15 +28,6 @@ class Digest {
   std::uint64_t value_ = 0xcbf29ce484222325;
 };
 
-/// The library of a class that the file does not name; empty: Takt's own.
-std::string library_of(const ComponentDescription& component) {
-  if (!component.library.empty()) return component.library;
-  for (const IndexedComponent& indexed : component_index()) {
-    if (indexed.name == component.type) return indexed.library;
-  }
-  return {};
-}
-
 // Limit: bytes of a library that its digest reads. At it: the component has no digest, and a model
 // of it is one from elsewhere. Seen: the assumption.
 constexpr std::size_t kMostOfLibrary = std::size_t{1} << 30;
@@ -53,6 +44,14 @@ bool add_content(const std::string& path, Digest& digest) {
 }
 
 }  // namespace
+
+std::string library_of(const ComponentDescription& component) {
+  if (!component.library.empty()) return component.library;
+  for (const IndexedComponent& indexed : component_index()) {
+    if (indexed.name == component.type) return indexed.library;
+  }
+  return {};
+}
 
 std::vector<MeasuredComponent> components_of(const SystemDescription& system) {
   std::vector<MeasuredComponent> result;

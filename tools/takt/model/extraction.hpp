@@ -20,6 +20,9 @@ namespace takt::tools {
 /// from what came before about what came after.
 MeasuredModel extract_model(std::span<const Trace> traces);
 
+/// The library that registers its class, also where the file names none; empty: Takt's own.
+std::string library_of(const ComponentDescription& component);
+
 /// What each component of a system is now: its class, its library, its parameters.
 std::vector<MeasuredComponent> components_of(const SystemDescription& system);
 

@@ -47,6 +47,7 @@ COMMANDS = {
     "analyze": (None, ["good.yaml"], ["nowhere.yaml"]),
     "bag": (None, None, ["info", "nowhere.mcap"]),
     "bench": (None, None, ["nothing"]),
+    "bundle": (None, None, ["nowhere.tar.zst"]),
     "callback": (None, ["set", "nowhere", "a/b", "priority=1"], ["set", "nowhere", "a/b", "priority"]),
     "check": (["good.yaml"], None, ["wrong.yaml"]),
     "compare": (None, None, ["nowhere.yaml"]),

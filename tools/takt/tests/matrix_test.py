@@ -93,7 +93,7 @@ LOOKS = [("top", "--json"), ("topic", "echo", "/flood"), ("topic", "echo", "/flo
 RUNS = [("run", TWO), ("bag", "record", "/flood", "-o", work / "flood.mcap"), ("latency", "-q", "-D", "1h"),
         ("action", "send_goal", "/none", "example_interfaces/action/Fibonacci", "--timeout", "1h"), ("compare", ONE, "--executors", "events", "--duration", "1h")]
 # They leave signals to the kernel, and wait for nobody but the reader of their output.
-LOCAL = [("analyze", ROBOT), ("bag", "info", "none"), ("check", ROBOT), ("component", "types"), ("doctor",), ("help",),
+LOCAL = [("analyze", ROBOT), ("bag", "info", "none"), ("bundle", "none"), ("check", ROBOT), ("component", "types"), ("doctor",), ("help",),
          ("interface", "show", "std_msgs/msg/String"), ("list",), ("model", "none", "-o", work / "model"), ("new", work / "project"),
          ("plan", ROBOT), ("random", "1"), ("reference", "config"), ("ros2", "prefix"), ("rta", "edf"), ("simulate", ROBOT)]
 # A command that waits in the same function as one above.

@@ -1,0 +1,58 @@
+"""The figure of a comparison for a paper: one column wide, with its data as CSV.
+
+report.py draws with it; `takt` has both in it.
+SPDX-License-Identifier: Apache-2.0
+"""
+import csv
+
+from report_page import buckets_of, draw_percentiles, plt, row_name
+
+# A column of a paper in two columns is 3.3 to 3.5 inches wide, its captions have 8 points; type 3 fonts are refused by most publishers.
+STYLE = {"pdf.fonttype": 42, "font.size": 7, "legend.fontsize": 6, "lines.linewidth": 1, "axes.linewidth": 0.6}
+WIDTH, HEIGHT = 3.4, 2.3
+MOST_PANELS = 6
+
+
+def panels_of(runs):
+    """What is drawn: of each file its chains, or the messages if it has none. (title, [(row, buckets)])."""
+    panels = []
+    for file in dict.fromkeys(run["file"] for run in runs):
+        groups = {}
+        for run in runs:
+            if run["file"] == file:
+                groups.setdefault(row_name(run), []).append(run)
+        chains = dict.fromkeys(chain["name"] for group in groups.values() for run in group for chain in run["chains"])
+        for chain in chains or [None]:
+            of = "chains" if chain else "callbacks"
+            named = [(name, buckets_of(group, of, lambda row: row["name"] == chain if chain else row["kind"] != "timer"))
+                     for name, group in groups.items()]
+            panels.append((file, chain or "messages", [(name, buckets) for name, buckets in named if buckets]))
+    return [panel for panel in panels if panel[2]]
+
+
+def write_data(panels, path):
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(["file", "of", "row", "latency_us", "share_not_above", "samples"])
+        for name, of, named in panels:
+            for row, buckets in named:
+                total, seen = sum(count for _, count in buckets), 0
+                for value, count in buckets:
+                    seen += count
+                    rows.writerow([name, of, row, f"{value:.3f}", f"{seen / total:.9g}", total])
+
+
+def draw_figure(runs, path):
+    panels = panels_of(runs)
+    write_data(panels, path.removesuffix(".pdf") + ".csv")
+    shown = panels[:MOST_PANELS]
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(max(len(shown), 1), squeeze=False, figsize=(WIDTH, HEIGHT * max(len(shown), 1)))
+        for (file, of, named), ax in zip(shown, axes[:, 0]):
+            draw_percentiles(ax, named)
+            ax.set_title(of if len({panel[0] for panel in shown}) == 1 else f"{file}: {of}", fontsize=7)
+            if len(named) > 4:  # below the axis' name, which it would hide
+                ax.legend(ncol=2, loc="upper center", bbox_to_anchor=(0.5, -0.36))
+        figure.tight_layout()
+        figure.savefig(path, format="pdf", bbox_inches="tight", metadata={"CreationDate": None, "Creator": "takt"})
+    plt.close(figure)
