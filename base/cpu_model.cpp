@@ -128,7 +128,8 @@ void CpuModel::account(TimePoint now) {
   for (State& cpu : states_) {
     if (Thread* const thread = cpu.running; thread != nullptr) {
       const Nanoseconds elapsed = now - std::exchange(thread->since_, now);
-      thread->work_ = std::max<std::int64_t>(0, thread->work_ - elapsed.count() * cpu.speed);
+      thread->work_ =
+          std::max<std::int64_t>(0, thread->work_ - elapsed.count() * speed_of(*thread));
       thread->budget_ -= elapsed;
       thread->slice_ -= elapsed;
       thread->used_ += elapsed;
@@ -177,7 +178,13 @@ void CpuModel::wake(Thread& thread, TimePoint now) {
 
 void CpuModel::work(Thread& thread, Nanoseconds amount, TimePoint now) {
   thread.since_ = now;
+  thread.keeps_time_ = false;
   thread.work_ += std::min(amount.count(), kMostWork) * kParts;
+}
+
+void CpuModel::occupy(Thread& thread, Nanoseconds time, TimePoint now) {
+  work(thread, time, now);
+  thread.keeps_time_ = true;
 }
 
 void CpuModel::sleep(Thread& thread, TimePoint now) {
@@ -187,8 +194,12 @@ void CpuModel::sleep(Thread& thread, TimePoint now) {
   share(now);
 }
 
+std::int64_t CpuModel::speed_of(const Thread& thread) const {
+  return thread.keeps_time_ ? kParts : states_[thread.cpu_].speed;
+}
+
 TimePoint CpuModel::end_of_work(const Thread& thread) const {
-  const std::int64_t speed = states_[thread.cpu_].speed;
+  const std::int64_t speed = speed_of(thread);
   return later(thread.since_, Nanoseconds((thread.work_ + speed - 1) / speed));
 }
 

@@ -74,6 +74,7 @@ class CpuModel {
     friend class CpuModel;
     bool is_awake_ = false, is_throttled_ = false;
     bool is_preempted_ = false;
+    bool keeps_time_ = false;                     // its work is time, at any speed
     std::size_t cpu_ = kNone, last_cpu_ = kNone;  // by index
     std::uint64_t place_ = 0;                     // among equals
     std::int64_t work_ = 0;                       // left, in parts of a nanosecond at speed 1
@@ -102,6 +103,8 @@ class CpuModel {
   void wake(Thread& thread, TimePoint now);
   /// It is awake, and goes on for so long at speed 1.
   void work(Thread& thread, Nanoseconds amount, TimePoint now);
+  /// The same, for so long at any speed.
+  void occupy(Thread& thread, Nanoseconds time, TimePoint now);
   void sleep(Thread& thread, TimePoint now);
   /// When something happens to a thread that is awake; kNever: it waits for a CPU.
   TimePoint next_event(const Thread& thread) const;
@@ -130,6 +133,7 @@ class CpuModel {
   void begin_budget(Thread& thread, TimePoint now);
   void share(TimePoint now);
   std::size_t choose(const Thread& thread) const;
+  std::int64_t speed_of(const Thread& thread) const;
   TimePoint end_of_work(const Thread& thread) const;
 
   Options options_;

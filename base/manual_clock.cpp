@@ -181,6 +181,14 @@ std::vector<ManualClock::Use> ManualClock::use() const {
 }
 
 void ManualClock::work(Nanoseconds duration) {
+  spend(duration, true);
+}
+
+void ManualClock::occupy(Nanoseconds duration) {
+  spend(duration, false);
+}
+
+void ManualClock::spend(Nanoseconds duration, bool is_work) {
   if (is_counted_elsewhere) return;
   std::unique_lock lock(mutex_);
   Participant* const self = this_participant;
@@ -189,7 +197,8 @@ void ManualClock::work(Nanoseconds duration) {
     return;
   }
   if (cpus_) {
-    cpus_->work(self->thread, duration, now());
+    is_work ? cpus_->work(self->thread, duration, now())
+            : cpus_->occupy(self->thread, duration, now());
   } else {
     self->wake_time_ = later(now(), duration);
   }

@@ -82,6 +82,8 @@ class ManualClock final : public Clock {
   /// "This took `duration`": inside a participant, the others run meanwhile; elsewhere the clock
   /// simply moves.
   void work(Nanoseconds duration);
+  /// The same, for as long on a slow CPU: a wait, for which the thread keeps its CPU.
+  void occupy(Nanoseconds duration);
 
   /// What a thread has had of the CPUs.
   struct Use {
@@ -118,6 +120,7 @@ class ManualClock final : public Clock {
  private:
   using State = Participant::State;
 
+  void spend(Nanoseconds duration, bool is_work);
   void block(Participant& self, State state, std::unique_lock<std::mutex>& lock) noexcept;
   void pass_on(Participant* self, std::unique_lock<std::mutex>& lock) noexcept;
   Participant* step() noexcept;

@@ -220,6 +220,7 @@ void ModelBuilder::add_waits(std::size_t index) {
             .executor = callback.executor});
   }
   callback.execution += waits.count();
+  model_.callbacks[index].waits = waits;
 }
 
 // As a run has seen them, whatever caused them; nullopt: none.

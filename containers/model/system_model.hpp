@@ -86,6 +86,7 @@ std::string_view to_string(Provenance provenance) noexcept;
 struct SystemModel {
   struct Callback {
     Provenance execution = Provenance::unknown;
+    Nanoseconds waits{0};  // of the execution, in which it needs no CPU
     std::uint64_t measured_executions = 0;
     std::size_t depth = 0;      // of a subscription's queue; 0: none
     Nanoseconds period{0};      // of a timer

@@ -88,8 +88,9 @@ SimulatedBodies::Callback SimulatedBodies::described(const ModelledProcess::Call
   const Provenance provenance = model.callbacks[index].execution;
   Callback result{.name = numbers.name,
                   .least = Nanoseconds(numbers.least_execution),
-                  .longest = Nanoseconds(numbers.execution),
+                  .longest = Nanoseconds(numbers.execution) - model.callbacks[index].waits,
                   .besides = {},
+                  .waits = model.callbacks[index].waits,
                   .is_known = provenance != Provenance::unknown,
                   .runs = component != nullptr,
                   .says_itself = said && provenance == Provenance::exact,
@@ -162,12 +163,13 @@ void SimulatedBodies::add_outputs(const ModelledProcess& process, const SystemMo
 
 // ---- While it runs ----
 
+Nanoseconds SimulatedBodies::drawn(Nanoseconds least, Nanoseconds longest) {
+  return draws_ ? least + Nanoseconds(random_.below((longest - least).count() + 1)) : longest;
+}
+
 Nanoseconds SimulatedBodies::time_of(const Callback& callback) {
   if (callback.says_itself) return callback.besides;
-  const Nanoseconds span = callback.longest - callback.least;
-  const Nanoseconds time =
-      draws_ ? callback.least + Nanoseconds(random_.below(span.count() + 1)) : callback.longest;
-  return time + callback.besides;
+  return drawn(callback.least, callback.longest) + callback.besides;
 }
 
 void SimulatedBodies::execute(Entity& entity, Slot& slot) {
@@ -177,6 +179,8 @@ void SimulatedBodies::execute(Entity& entity, Slot& slot) {
   const Callback& callback = found->second;
   if (!callback.is_known && unknown_.empty()) unknown_ = callback.name;
   if (const Nanoseconds time = time_of(callback); time != Nanoseconds::zero()) clock_.work(time);
+  if (callback.waits != Nanoseconds::zero())
+    clock_.occupy(drawn(Nanoseconds::zero(), callback.waits));
   if (callback.says_itself) return entity.execute(slot);
   if (callback.runs) {
     const ManualClock::CountedElsewhere counted;

@@ -7,31 +7,19 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <random>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
 #include "takt/base/manual_clock.hpp"
 #include "takt/containers/model/system_model.hpp"
+#include "takt/containers/simulation/draws.hpp"
 #include "takt/executors/execution_model.hpp"
 #include "takt/messages/cdr.hpp"
 #include "takt/nodes/chain_join.hpp"
 #include "takt/transport/intra_process.hpp"
 
 namespace takt {
-
-/// Numbers from 0 to below `count`, the same on every machine.
-class Draws {
- public:
-  explicit Draws(std::uint64_t seed) : random_(seed) {}
-  std::int64_t below(std::int64_t count) {
-    return static_cast<std::int64_t>(random_() % static_cast<std::uint64_t>(count));
-  }
-
- private:
-  std::mt19937_64 random_;
-};
 
 /// Sends messages whose fields nobody has set, for a node whose own code does not run.
 /// Thread safety: one thread at a time. Real-time: no.
@@ -84,6 +72,7 @@ class SimulatedBodies final : public ExecutionModel {
     std::string name;
     Nanoseconds least{0}, longest{0};  // in all, but for what the body says itself
     Nanoseconds besides{0};            // what sending costs
+    Nanoseconds waits{0};              // longest
     bool is_known = false, runs = false, says_itself = false;
     std::vector<Sent> sent;
   };
@@ -93,6 +82,7 @@ class SimulatedBodies final : public ExecutionModel {
   void add_outputs(const ModelledProcess& process, const SystemModel& model, std::size_t index,
                    Callback& callback);
   Nanoseconds time_of(const Callback& callback);
+  Nanoseconds drawn(Nanoseconds least, Nanoseconds longest);
 
   ManualClock& clock_;
   const bool draws_;

@@ -79,6 +79,28 @@ container:
   }
 }
 
+// A wait was divided by the speed, and so simulated latencies were above their bounds.
+TEST(SimulatedMachine, AWaitIsAsLongOnASlowCpu) {
+  constexpr std::string_view kText = R"(
+machine: {cpus: [0], exclusive: true, rt_runtime: unlimited, speed: {0: 0.5}}
+threads: {one: {policy: SCHED_FIFO, priority: 80, affinity: [0]}}
+executors: {default: {type: events, threads: [one]}}
+chains: [{name: c, path: [one/a_timer]}]
+container:
+  name: robot
+  components:
+    - component: takt::Workload
+      name: one
+      executor: default
+      parameters: {publishers: {topic: [a], period_us: [20000], work_us: [1000]}}
+      callbacks: {a_timer: {waits: 3ms}}
+)";
+  const SystemDescription system = ConfigurationFile("system.yaml", kText).read();
+  EXPECT_EQ(bound_of_chain(system, "c"), 5ms);
+  const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 100ms});
+  EXPECT_EQ(simulation.run({}).result.chains.at(0).statistics.latency.max(), 5ms);
+}
+
 // The end of a run wakes all threads. A more urgent one that did so took the switches of it from a
 // callback that had begun, beyond its bound.
 TEST(SimulatedMachine, TheEndOfARunTakesNoTime) {
