@@ -22,7 +22,6 @@ namespace takt {
 namespace {
 
 constexpr TimePoint kBegin{std::chrono::seconds(1)};
-constexpr Nanoseconds kUsualRtRuntime = std::chrono::milliseconds(950);
 
 [[noreturn]] void refuse(const SystemDescription& system, const std::string& what,
                          const std::string& instead, const SourceLine& where = {}) {
@@ -192,19 +191,58 @@ CpuModel::Options machine_of(const SystemDescription& system, const MeasuredMode
   return options;
 }
 
-/// Their first releases, after all threads are there: what is due before depends on when they come.
-void set_phases(const ModelledProcess& process, const Scenario& scenario, Draws& draws) {
-  for (const ModelledProcess::Callback& callback : process.callbacks) {
-    auto* const timer = dynamic_cast<Timer*>(callback.entity.get());
+/// The first releases of a scenario.
+class FirstReleases {
+ public:
+  FirstReleases(const Scenario& scenario, Nanoseconds duration)
+      : scenario_(scenario), duration_(duration), draws_(2 * scenario.seed + 1) {}
+
+  TimePoint of(const std::string& callback, Nanoseconds distance) {
+    distance = std::min(distance, duration_);
+    // Always, so that those of the others do not depend on what is given.
+    Nanoseconds phase(draws_.below(std::max<std::int64_t>(1, distance.count())));
+    for (const std::string& name : {callback, std::string(Scenario::kAll)}) {
+      const auto given = scenario_.phases.find(name);
+      if (given == scenario_.phases.end()) continue;
+      phase = given->second;
+      break;
+    }
+    releases_.push_back({callback, phase, distance});
+    return later(kBegin, phase + Nanoseconds(1));
+  }
+
+  /// Throws Error if the scenario names something else.
+  std::vector<SimulatedRun::Release> all() const {
+    std::vector<std::string> names{Scenario::kAll};
+    for (const SimulatedRun::Release& release : releases_) names.push_back(release.callback);
+    for (const auto& [name, phase] : scenario_.phases) {
+      if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+      throw Error(fmt::format("the scenario has a phase of '{}', which is no timer that runs, and "
+                              "nothing that arrives from outside",
+                              name),
+                  suggest(name, names));
+    }
+    return releases_;
+  }
+
+ private:
+  const Scenario& scenario_;
+  const Nanoseconds duration_;
+  Draws draws_;
+  std::vector<SimulatedRun::Release> releases_;
+};
+
+/// After all threads are there: what is due before depends on when they come.
+void set_phases(const ModelledProcess& process, const SystemModel& model, FirstReleases& first) {
+  for (std::size_t i = 0; i < process.callbacks.size(); ++i) {
+    auto* const timer = dynamic_cast<Timer*>(process.callbacks[i].entity.get());
     if (timer == nullptr || timer->is_canceled()) continue;
-    const bool is_drawn = scenario.phases == Scenario::Phases::random;
-    const Nanoseconds phase(is_drawn ? draws.below(timer->period().count()) : 0);
-    timer->release_at(later(kBegin, phase + Nanoseconds(1)));
+    timer->release_at(first.of(model.system.callbacks[i].name, timer->period()));
   }
 }
 
 std::vector<Source> sources_of(const ModelledProcess& process, const SystemModel& model,
-                               const Scenario& scenario, SimulatedBodies& bodies, Draws& draws) {
+                               FirstReleases& first, SimulatedBodies& bodies) {
   std::vector<Source> sources;
   for (std::size_t i = 0; i < process.callbacks.size(); ++i) {
     const analysis::Callback& callback = model.system.callbacks[i];
@@ -223,12 +261,9 @@ std::vector<Source> sources_of(const ModelledProcess& process, const SystemModel
                               callback.name),
                   "leave it out, and let a timer stand for it");
     }
-    const bool is_drawn = scenario.phases == Scenario::Phases::random;
-    const Nanoseconds first(
-        is_drawn ? draws.below(std::max<analysis::Time>(1, callback.arrivals->least_distance(2)))
-                 : 0);
+    const Nanoseconds distance(callback.arrivals->least_distance(2));
     sources.push_back(
-        {Arrivals(*callback.arrivals, later(kBegin, first + Nanoseconds(1))), std::move(arrive)});
+        {Arrivals(*callback.arrivals, first.of(callback.name, distance)), std::move(arrive)});
   }
   return sources;
 }
@@ -309,7 +344,7 @@ SimulatedRun Simulation::run(const Scenario& scenario) const {
   const MeasuredModel* const measured = options_.measured ? &*options_.measured : nullptr;
   ManualClock clock(kBegin, machine_of(system_, measured));
   SimulatedBodies bodies(clock, scenario.times == Scenario::Times::drawn, 2 * scenario.seed);
-  Draws draws(2 * scenario.seed + 1);
+  FirstReleases first(scenario, options_.duration);
   ContainerOverrides overrides = options_.overrides;
   overrides.clock = &clock;
   overrides.execution_model = &bodies;
@@ -324,8 +359,9 @@ SimulatedRun Simulation::run(const Scenario& scenario) const {
   bring_up(process);
   if (overrides.trace_events != 0) clock.record(changes);
   container.start();
-  set_phases(process, scenario, draws);
-  sources = sources_of(process, model, scenario, bodies, draws);
+  set_phases(process, model, first);
+  sources = sources_of(process, model, first, bodies);
+  std::vector<SimulatedRun::Release> releases = first.all();
   container.release();
   const TimePoint end = later(kBegin, options_.duration);
   advance(clock, end, sources, [&] {
@@ -338,7 +374,9 @@ SimulatedRun Simulation::run(const Scenario& scenario) const {
   clock.end_overheads();  // that the end wakes all threads is no part of the system
   container.hold();
   container.stop();
-  SimulatedRun run{.result = container.result(), .executions = bodies.executions()};
+  SimulatedRun run{.result = container.result(),
+                   .executions = bodies.executions(),
+                   .releases = std::move(releases)};
   const auto numbers = set_virtual(run.result, use, options_.duration);
   const auto number_of = [&](const CpuModel::Thread* thread) {
     const auto found = numbers.find(thread);
@@ -350,6 +388,11 @@ SimulatedRun Simulation::run(const Scenario& scenario) const {
   }
   add_what_is_not_covered(model, run.result.notes);
   return run;
+}
+
+Nanoseconds Simulation::time_to_begin() const {
+  const MeasuredModel* const measured = options_.measured ? &*options_.measured : nullptr;
+  return Nanoseconds(overheads_of(system_.machine, measured).wake + 1);
 }
 
 // Those that a manager would; in its order.

@@ -11,6 +11,7 @@
 
 #include "takt/base/visibility.hpp"
 #include "takt/containers/container.hpp"
+#include "takt/containers/simulation/scenario.hpp"
 
 namespace TAKT_INTERNAL takt {
 
@@ -20,18 +21,16 @@ struct SimulationOptions {
   Nanoseconds duration = std::chrono::seconds(10);
 };
 
-/// What differs from run to run.
-struct Scenario {
-  enum class Phases { equal, random };  // first releases: all at once, or at any time
-  enum class Times { worst, drawn };    // of executions: the longest, or any
-  std::uint64_t seed = 1;
-  Phases phases = Phases::equal;
-  Times times = Times::worst;
-};
-
 struct SimulatedRun {
   ProcessResult result;  // as of a container; threads have what they asked for
   std::uint64_t executions = 0;
+  /// When a timer was released first, or arrivals began, after the begin.
+  struct Release {
+    std::string callback;
+    Nanoseconds phase{0};
+    Nanoseconds distance{0};  // to the next one, at least; or the duration
+  };
+  std::vector<Release> releases = {};
   /// Which thread had which CPU when, if executions are traced. The numbers of threads are those in
   /// `result`; 0: none, or one that runs no callbacks.
   struct Change {
@@ -50,6 +49,9 @@ struct SimulatedRun {
 /// Real-time: no.
 class Simulation {
  public:
+  /// Of a machine that does not say otherwise.
+  static constexpr Nanoseconds kUsualRtRuntime = std::chrono::milliseconds(950);
+
   /// Throws Error for what cannot be simulated.
   Simulation(SystemDescription system, SimulationOptions options);
 
@@ -57,6 +59,9 @@ class Simulation {
   SimulatedRun run(const Scenario& scenario) const;
   /// What it leaves out, for people.
   const std::vector<std::string>& notes() const noexcept { return notes_; }
+  /// A callback of a thread that sleeps has begun so long after its release, at the latest, if no
+  /// other thread has the CPU.
+  Nanoseconds time_to_begin() const;
   const SystemDescription& system() const noexcept { return system_; }
 
  private:

@@ -2,27 +2,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <set>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sched.h>
 
-#include "takt/base/available_cpus.hpp"
 #include "takt/base/counted.hpp"
 #include "takt/base/fields.hpp"
 #include "takt/base/time.hpp"
 #include "takt/base/version.hpp"
-#include "takt/containers/simulation/simulation.hpp"
+#include "takt/containers/simulation/scenario_search.hpp"
 #include "takt/executors/figures.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
 #include "takt/measuring/run.hpp"
 
 #include "analyze/analyzed_file.hpp"
-#include "catalogue/catalogue.hpp"
 #include "commands.hpp"
 #include "exit_status.hpp"
 #include "outputs.hpp"
@@ -31,54 +27,28 @@
 #include "run/result_json.hpp"
 #include "run/result_tables.hpp"
 #include "run/trace.hpp"
+#include "simulate/replay.hpp"
 #include "table.hpp"
 
 namespace takt::tools::simulate_command {
 namespace {
 
 using nlohmann::json;
-using Phases = Scenario::Phases;
-using Times = Scenario::Times;
 
-struct Options {
-  std::string file, model, as, executor, placement = "file", scheduler, mode, duration = "10s",
-                                         phases, times, trace, json;
-  std::vector<std::string> settings;
-  std::uint64_t seed = 1, runs = 1, cpus = 0;
-  bool histograms = false;
+struct Options : SimulatedFile {
+  std::string phases, times, replayed, trace, json;
+  std::uint64_t seed = 1, runs = 1;
+  bool histograms = false, searches = false;
 };
-
-Settings settings_of(const Options& options) {
-  Settings result;
-  for (const std::string& text : options.settings) {
-    const std::size_t equals = text.find('=');
-    if (equals == 0 || equals == text.npos) {
-      throw Error(fmt::format("--set '{}' is no KEY=VALUE", text),
-                  "write threads.control.priority=70");
-    }
-    result.push_back({text.substr(0, equals), text.substr(equals + 1)});
-  }
-  return result;
-}
 
 /// The first run is the one in which everything comes at once and takes longest; the others look
 /// elsewhere, unless the options say where.
 Scenario scenario_of(const Options& options, std::uint64_t run) {
   Scenario scenario{.seed = options.seed + run};
-  if (run != 0) scenario.phases = Phases::random;
-  if (run % 2 == 1) scenario.times = Times::drawn;
-  if (!options.phases.empty())
-    scenario.phases = options.phases == "equal" ? Phases::equal : Phases::random;
-  if (!options.times.empty())
-    scenario.times = options.times == "worst" ? Times::worst : Times::drawn;
+  if (options.phases == "random" || (options.phases.empty() && run != 0)) scenario.phases.clear();
+  if (options.times == "drawn" || (options.times.empty() && run % 2 == 1))
+    scenario.times = Scenario::Times::drawn;
   return scenario;
-}
-
-std::string word_of(Phases phases) {
-  return phases == Phases::equal ? "equal" : "random";
-}
-std::string word_of(Times times) {
-  return times == Times::worst ? "worst" : "drawn";
 }
 
 struct Simulated {
@@ -137,7 +107,7 @@ void print_worst(const std::vector<Simulated>& all, const Known& known) {
     const auto found = times.find(chain);
     return found != times.end() ? microseconds(found->second) : "-";
   };
-  Table table({"chain", "deadline", "observed", "simulated", "bound", "simulated in the run with"});
+  Table table({"chain", "deadline", "observed", "simulated", "bound", "simulated by"});
   for (std::size_t i = 0; i < all.front().run.chains.size(); ++i) {
     const auto& [run, scenario] = worst_of(all, i);
     const rt::Run::Chain& chain = run.chains[i];
@@ -145,9 +115,7 @@ void print_worst(const std::vector<Simulated>& all, const Known& known) {
     table.add({chain.name, has_deadline ? microseconds(chain.deadline) : "-",
                cell(known.observed, chain.name),
                chain.statistics.instances == 0 ? "-" : microseconds(chain.statistics.latency.max()),
-               cell(known.bounds, chain.name),
-               fmt::format("--seed {} --phases {} --times {}", scenario.seed,
-                           word_of(scenario.phases), word_of(scenario.times))});
+               cell(known.bounds, chain.name), "--replay " + to_string(scenario)});
   }
   table.print("the longest latencies: of the model's run, of these runs, and of any (in µs)");
 }
@@ -199,9 +167,7 @@ json document_of(const std::vector<Simulated>& all, const Simulation& simulation
   json runs = json::array();
   for (const auto& [run, scenario] : all) {
     json row = rt::run_json(run, options.histograms);
-    row["scenario"] = {{"seed", scenario.seed},
-                       {"phases", word_of(scenario.phases)},
-                       {"times", word_of(scenario.times)}};
+    row["scenario"] = to_string(scenario);
     runs.push_back(std::move(row));
   }
   json result{
@@ -214,21 +180,16 @@ json document_of(const std::vector<Simulated>& all, const Simulation& simulation
   return result;
 }
 
-/// One thread runs at a time: it hands over to the next one faster on the same CPU.
-void stay_on_one_cpu() {
-  static_cast<void>(available_cpus());  // of this process, before it keeps to one
-  cpu_set_t one;
-  CPU_ZERO(&one);
-  CPU_SET(std::max(0, sched_getcpu()), &one);
-  static_cast<void>(sched_setaffinity(0, sizeof one, &one));
-}
-
 std::vector<Simulated> simulate(const Simulation& simulation, const Options& options) {
   std::vector<Simulated> all;
+  ScenarioSearch search(options.seed);
   const LiveLine line("simulating");
   for (std::uint64_t i = 0; i < options.runs; ++i) {
-    const Scenario scenario = scenario_of(options, i);
+    const Scenario scenario = !options.replayed.empty() ? parse_scenario(options.replayed)
+                              : options.searches        ? search.next()
+                                                        : scenario_of(options, i);
     SimulatedRun simulated = simulation.run(scenario);
+    search.add(scenario, simulated, simulation.time_to_begin());
     if (!simulated.result.failures.empty())
       throw std::runtime_error(fmt::format("{}", fmt::join(simulated.result.failures, "\n")));
     rt::Run run = rt::run_of(std::move(simulated.result));
@@ -243,27 +204,9 @@ std::vector<Simulated> simulate(const Simulation& simulation, const Options& opt
   return all;
 }
 
-SimulationOptions options_of(const SystemDescription& system, const Options& options) {
-  SimulationOptions result{.overrides = {.executor = options.executor,
-                                         .placement = parse_placement(options.placement),
-                                         .scheduler = options.scheduler,
-                                         .mode = options.mode},
-                           .measured = {},
-                           .duration = parse_run_time(options.duration)};
-  const std::string& model = options.model.empty() ? system.model : options.model;
-  if (!model.empty()) result.measured = read_measured_model(model);
-  return result;
-}
-
 void run(const Options& options) {
-  SystemDescription system = read_system_as(options.file, options.as, settings_of(options));
-  if (options.cpus != 0) {
-    system.machine.cpus.resize(options.cpus);
-    std::iota(system.machine.cpus.begin(), system.machine.cpus.end(), 0);
-  }
-  if (!options.executor.empty()) executors().check(options.executor);
-  if (!options.scheduler.empty()) schedulers().check(options.scheduler);
-  stay_on_one_cpu();
+  const SystemDescription system = system_of(options);
+  const StaysOnOneCpu here;
   SimulationOptions how = options_of(system, options);
   const Simulation simulation(system, how);
   const std::vector<Simulated> all = simulate(simulation, options);
@@ -273,8 +216,9 @@ void run(const Options& options) {
   const bool prints = options.json != "-";
   if (prints) {
     for (const std::string& note : notes) rt::to_stderr("note: {}\n", note);
-    rt::print("simulated: {} of {} on CPUs {}, from seed {}\n\n", counted(all.size(), "run"),
-              options.duration, fmt::join(simulation.system().machine.cpus, ","), options.seed);
+    rt::print("simulated: {} of {} on CPUs {}{}\n\n", counted(all.size(), "run"), options.duration,
+              fmt::join(simulation.system().machine.cpus, ","),
+              options.replayed.empty() ? fmt::format(", from seed {}", options.seed) : "");
     print_result(merged(all));
     print_worst(all, known);
   }
@@ -290,6 +234,33 @@ void run(const Options& options) {
   }
 }
 
+/// Which scenarios are run.
+void add_scenario_options(CLI::App& command, Options& options) {
+  whole_number(command.add_option("--runs", options.runs,
+                                  "So many runs, with the seeds from --seed on (default: 1)"),
+               1, 1'000'000);
+  whole_number(command.add_option("--seed", options.seed,
+                                  "Another seed draws other phases and times (default: 1)"),
+               0, 999'999'999'999'999);
+  one_of(command.add_option("--phases", options.phases,
+                            "First releases of timers and arrivals: all at once, or drawn "
+                            "(default: equal in the first run, then random)"),
+         {"equal", "random"});
+  one_of(command.add_option("--times", options.times,
+                            "Execution times: the longest, or drawn (default: worst, and drawn in "
+                            "every second run)"),
+         {"worst", "drawn"});
+  auto* const search =
+      command.add_flag("--search", options.searches,
+                       "Each run goes on from where those before it found the longest latencies");
+  for (const char* other : {"--phases", "--times"}) search->excludes(command.get_option(other));
+  auto* const replay =
+      command.add_option("--replay", options.replayed,
+                         "Run this scenario again, as `simulated by` and the JSON show it");
+  for (const char* other : {"--runs", "--seed", "--phases", "--times", "--search"})
+    replay->excludes(command.get_option(other));
+}
+
 void set_up(CLI::App* command) {
   const auto options = std::make_shared<Options>();
   command
@@ -299,22 +270,9 @@ void set_up(CLI::App* command) {
       ->required();
   command->add_option("--model", options->model,
                       "A file of `takt model`, with measured execution times and arrivals");
-  whole_number(command->add_option("--runs", options->runs,
-                                   "So many runs, with the seeds from --seed on (default: 1)"),
-               1, 1'000'000);
-  whole_number(command->add_option("--seed", options->seed,
-                                   "Another seed draws other phases and times (default: 1)"),
-               0, 999'999'999'999'999);
+  add_scenario_options(*command, *options);
   time_text(
       command->add_option("--duration", options->duration, "Virtual time of a run (default: 10s)"));
-  one_of(command->add_option("--phases", options->phases,
-                             "First releases of timers and arrivals: all at once, or drawn "
-                             "(default: equal in the first run, then random)"),
-         {"equal", "random"});
-  one_of(command->add_option("--times", options->times,
-                             "Execution times: the longest, or drawn (default: worst, and drawn in "
-                             "every second run)"),
-         {"worst", "drawn"});
   command->add_option("--executor", options->executor,
                       "As for `takt run`: makes each executor of the file one of this type");
   placement_option(command, options->placement);
@@ -341,7 +299,8 @@ void set_up(CLI::App* command) {
       "deadline.\n"
       "Examples:\n"
       "  takt simulate robot.yaml --duration 60s\n"
-      "  takt simulate robot.yaml --model robot.model.yaml --runs 100 --trace worst.json\n"
+      "  takt simulate robot.yaml --model robot.model.yaml --runs 100 --search\n"
+      "  takt simulate robot.yaml --model robot.model.yaml --replay 7,worst --trace worst.json\n"
       "  takt simulate robot.yaml --executor events --cpus 4\n");
   command->callback([options] { run(*options); });
 }

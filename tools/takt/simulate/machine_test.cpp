@@ -46,9 +46,7 @@ container:
   };
   const auto longest_of_b = [](const SystemDescription& system) {
     const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 100ms});
-    return simulation.run({.phases = Scenario::Phases::equal})
-        .result.chains.at(1)
-        .statistics.latency.max();
+    return simulation.run({}).result.chains.at(1).statistics.latency.max();
   };
   EXPECT_EQ(longest_of_b(file("1")), 8ms);
   EXPECT_GE(bound_of_chain(file("1"), "b"), 8ms);
@@ -74,7 +72,7 @@ container:
   const Nanoseconds bound = bound_of_chain(system, "low");
   const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 1s});
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const SimulatedRun run = simulation.run({.seed = seed, .phases = Scenario::Phases::random});
+    const SimulatedRun run = simulation.run({.seed = seed, .phases = {}});
     EXPECT_LE(run.result.chains.at(0).statistics.latency.max(), bound) << seed;
   }
 }
@@ -121,7 +119,7 @@ container:
   const Nanoseconds bound = bound_of_chain(system, "low");
   for (auto duration = 20ms; duration < 30ms; duration += 1ms) {
     const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = duration});
-    const SimulatedRun run = simulation.run({.phases = Scenario::Phases::equal});
+    const SimulatedRun run = simulation.run({});
     EXPECT_EQ(run.result.chains.at(0).statistics.latency.max(), bound) << to_string(duration);
   }
 }

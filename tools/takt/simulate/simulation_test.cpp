@@ -53,9 +53,10 @@ std::map<std::string, Nanoseconds> bounds_of(const SystemDescription& system) {
 }
 
 Scenario scenario_of(std::uint64_t seed, int run) {
-  return {.seed = seed,
-          .phases = run == 0 ? Scenario::Phases::equal : Scenario::Phases::random,
-          .times = run < 2 ? Scenario::Times::worst : Scenario::Times::drawn};
+  Scenario scenario{.seed = seed};
+  if (run != 0) scenario.phases.clear();
+  if (run == 2) scenario.times = Scenario::Times::drawn;
+  return scenario;
 }
 
 // Whatever happens in a simulation, is within the bound: one of the two is wrong otherwise.

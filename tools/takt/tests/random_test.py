@@ -7,6 +7,7 @@ usage: random_test.py TAKT
 import collections
 import json
 import os
+import pathlib
 import random
 import re
 import subprocess
@@ -47,9 +48,14 @@ with tempfile.TemporaryDirectory() as folder:
     shown = json.loads(first[1])
     for chain in range(len(shown["runs"][0]["chains"])):
         worst = max(shown["runs"], key=lambda result: result["chains"][chain]["latency_us"]["max"] or 0)
-        again = [word for key, value in worst["scenario"].items() for word in (f"--{key}", str(value))]
-        repeated = json.loads(run("simulate", "6.yaml", *again, "--duration", "2s", "--json", "-")[1])
-        check("a run can be repeated", repeated["runs"][0]["chains"] == worst["chains"], again)
+        again = ["simulate", "6.yaml", "--replay", worst["scenario"], "--duration", "2s"]
+        repeated = json.loads(run(*again, "--json", "-")[1])["runs"][0]
+        check("a run can be repeated", repeated == {**worst, "repeat": 0}, again)
+        # The same trace, too, wherever it is.
+        run(*again, "--trace", "here.json")
+        subprocess.run(["taskset", "-c", one, "nice", takt, *again, "--trace", "there.json"], env=environment, capture_output=True, timeout=120)
+        traces = [pathlib.Path(name).read_bytes() for name in ("here.json", "there.json")]
+        check("its trace can be repeated", traces[0] == traces[1] and len(traces[0]) > 10000, again)
     misses = any(chain["misses"] for result in shown["runs"] for chain in result["chains"])
     check("a missed deadline is its status", first[0] == (1 if misses else 0), first[0])
     run("simulate", "6.yaml", "--runs", "3", "--trace", "trace.json")

@@ -1,0 +1,37 @@
+// What differs from run to run of a simulation.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_SIMULATION_SCENARIO_HPP_
+#define TAKT_CONTAINERS_SIMULATION_SCENARIO_HPP_
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "takt/base/time.hpp"
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_INTERNAL takt {
+
+/// All that a run of a simulation draws or is given: the same system does the same in it.
+struct Scenario {
+  enum class Times { worst, drawn };  // of executions: the longest, or any
+  static constexpr const char* kAll = "all";
+
+  std::uint64_t seed = 1;
+  Times times = Times::worst;
+  /// When timers are released first, and arrivals begin: by the name of the callback, or kAll for
+  /// those that are not named. The seed draws those of the others.
+  std::map<std::string, Nanoseconds> phases = {{kAll, Nanoseconds::zero()}};
+};
+
+/// A word for a command line: "7,worst,all=0s,/camera/image_timer=3ms".
+/// Thread safety: any thread. Real-time: no.
+std::string to_string(const Scenario& scenario);
+/// Throws Error for a word that is none.
+/// Thread safety: any thread. Real-time: no.
+Scenario parse_scenario(std::string_view word);
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_SIMULATION_SCENARIO_HPP_

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/simulation/scenario_search.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <iterator>
+
+namespace takt {
+namespace {
+
+/// From 0 to below `distance`, by whole distances.
+Nanoseconds within(Nanoseconds phase, Nanoseconds distance) {
+  const Nanoseconds rest = phase % distance;
+  return rest < Nanoseconds::zero() ? rest + distance : rest;
+}
+
+}  // namespace
+
+Scenario ScenarioSearch::next() {
+  const std::uint64_t run = runs_++;
+  Scenario scenario{.seed = seed_ + run};
+  if (run == 0 || releases_.empty()) return scenario;
+  if (run % 2 == 1 && missed_ < 2 * releases_.size()) return just_missed();
+  if (run % 4 != 2 && !places_.empty()) return climb();
+  scenario.phases.clear();
+  if (run % 8 == 6) scenario.times = Scenario::Times::drawn;
+  return scenario;
+}
+
+void ScenarioSearch::add(const Scenario& scenario, const SimulatedRun& run,
+                         Nanoseconds time_to_begin) {
+  just_ = time_to_begin;
+  releases_ = run.releases;
+  std::vector<Nanoseconds> phases;
+  for (const SimulatedRun::Release& release : run.releases) phases.push_back(release.phase);
+  const bool is_first = worst_.empty();
+  worst_.resize(run.result.chains.size());
+  places_.resize(worst_.size());
+  for (std::size_t i = 0; i < worst_.size(); ++i) {
+    const ProcessResult::ChainResult& chain = run.result.chains[i];
+    const Nanoseconds latency = chain.statistics.latency.max();
+    // Equal ones, too: from another place there may be a way up.
+    if (is_first || latency >= worst_[i].latency) places_[i] = {scenario, phases};
+    if (is_first || latency > worst_[i].latency) worst_[i] = {chain.name, latency, scenario};
+  }
+}
+
+// Each callback, just after all others and just before them.
+Scenario ScenarioSearch::just_missed() {
+  const SimulatedRun::Release& one = releases_[missed_ / 2];
+  const bool is_late = missed_++ % 2 == 0;
+  return {.seed = seed_,
+          .times = Scenario::Times::worst,
+          .phases = {{Scenario::kAll, is_late ? Nanoseconds::zero() : just_},
+                     {one.callback, is_late ? just_ : Nanoseconds::zero()}}};
+}
+
+Scenario ScenarioSearch::climb() {
+  const Place& from = places_[climbs_++ % places_.size()];
+  const auto one = static_cast<std::size_t>(draws_.below(std::ssize(releases_)));
+  Scenario scenario = from.scenario;
+  scenario.phases[releases_[one].callback] = other_phase(from.phases, one);
+  return scenario;
+}
+
+Nanoseconds ScenarioSearch::other_phase(const std::vector<Nanoseconds>& phases, std::size_t of) {
+  const Nanoseconds distance = std::max(releases_[of].distance, Nanoseconds(1));
+  switch (draws_.below(3)) {
+    case 0:
+      return Nanoseconds(draws_.below(distance.count()));
+    case 1: {
+      const auto other = static_cast<std::size_t>(draws_.below(std::ssize(phases)));
+      return within(phases[other] + (draws_.below(3) - 1) * just_, distance);
+    }
+    default: {  // as often by some nanoseconds as by some milliseconds
+      const auto bits =
+          static_cast<std::int64_t>(std::bit_width(static_cast<std::uint64_t>(distance.count())));
+      const std::int64_t step = draws_.below(std::int64_t{1} << draws_.below(bits)) + 1;
+      return within(phases[of] + Nanoseconds(draws_.below(2) == 0 ? step : -step), distance);
+    }
+  }
+}
+
+}  // namespace takt

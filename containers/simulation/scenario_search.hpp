@@ -1,0 +1,66 @@
+// Which scenarios of a system make its chains late.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_SIMULATION_SCENARIO_SEARCH_HPP_
+#define TAKT_CONTAINERS_SIMULATION_SCENARIO_SEARCH_HPP_
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "takt/base/visibility.hpp"
+#include "takt/containers/simulation/draws.hpp"
+#include "takt/containers/simulation/simulation.hpp"
+
+namespace TAKT_INTERNAL takt {
+
+/// Looks for the longest latency of each chain. First all is released at once. Then, in turn:
+///
+/// 1. Just missed: one callback is released just after all others, which are served before it; or
+///    just before them, so that it has begun when they come.
+/// 2. Any phases, with execution times that are the longest, or drawn.
+/// 3. Climbing: the worst scenario of a chain, with another phase of one callback. It is any, or
+///    near the one that it had, or the release of it meets that of another callback.
+///
+/// What comes next depends on the seed and on what runs have shown, and on nothing else.
+/// Thread safety: none. Real-time: no.
+class ScenarioSearch {
+ public:
+  explicit ScenarioSearch(std::uint64_t seed) : seed_(seed), draws_(seed) {}
+
+  Scenario next();
+  /// What next() has led to.
+  void add(const Scenario& scenario, const SimulatedRun& run, Nanoseconds time_to_begin);
+
+  struct Worst {
+    std::string chain;
+    Nanoseconds latency{0};  // 0: it had no instances
+    Scenario scenario;
+  };
+  /// By chain, as in results.
+  const std::vector<Worst>& worst() const noexcept { return worst_; }
+
+ private:
+  /// From where the climbing goes on.
+  struct Place {
+    Scenario scenario;
+    std::vector<Nanoseconds> phases;  // of all that is released
+  };
+
+  Scenario just_missed();
+  Scenario climb();
+  Nanoseconds other_phase(const std::vector<Nanoseconds>& phases, std::size_t of);
+
+  const std::uint64_t seed_;
+  Draws draws_;
+  std::vector<SimulatedRun::Release> releases_;
+  std::vector<Worst> worst_;
+  std::vector<Place> places_;  // as worst_
+  Nanoseconds just_{1};
+  std::uint64_t runs_ = 0, climbs_ = 0;
+  std::size_t missed_ = 0;  // so many of 1.
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_SIMULATION_SCENARIO_SEARCH_HPP_

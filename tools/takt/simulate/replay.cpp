@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/replay.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "takt/base/available_cpus.hpp"
+#include "takt/base/error.hpp"
+#include "takt/containers/configuration/system_reader.hpp"
+#include "takt/executors/executor.hpp"
+
+#include "catalogue/catalogue.hpp"
+
+namespace takt::tools {
+namespace {
+
+Settings settings_of(const SimulatedFile& file) {
+  Settings result;
+  for (const std::string& text : file.settings) {
+    const std::size_t equals = text.find('=');
+    if (equals == 0 || equals == text.npos) {
+      throw Error(fmt::format("--set '{}' is no KEY=VALUE", text),
+                  "write threads.control.priority=70");
+    }
+    result.push_back({text.substr(0, equals), text.substr(equals + 1)});
+  }
+  return result;
+}
+
+/// As a shell reads it back.
+std::string word_of(const std::string& text) {
+  static constexpr std::string_view kPlain = "_-./,=:+@%";
+  const bool is_plain = std::all_of(text.begin(), text.end(), [](unsigned char character) {
+    return std::isalnum(character) != 0 || kPlain.find(static_cast<char>(character)) != kPlain.npos;
+  });
+  if (is_plain && !text.empty()) return text;
+  std::string quoted = "'";
+  for (const char character : text)
+    quoted += character == '\'' ? "'\\''" : std::string(1, character);
+  return quoted + "'";
+}
+
+}  // namespace
+
+SystemDescription system_of(const SimulatedFile& file) {
+  if (!file.executor.empty()) executors().check(file.executor);
+  if (!file.scheduler.empty()) schedulers().check(file.scheduler);
+  SystemDescription system = read_system_as(file.file, file.as, settings_of(file));
+  if (file.cpus != 0) {
+    system.machine.cpus.resize(file.cpus);
+    std::iota(system.machine.cpus.begin(), system.machine.cpus.end(), 0);
+  }
+  return system;
+}
+
+SimulationOptions options_of(const SystemDescription& system, const SimulatedFile& file) {
+  SimulationOptions result{.overrides = {.executor = file.executor,
+                                         .placement = parse_placement(file.placement),
+                                         .scheduler = file.scheduler,
+                                         .mode = file.mode},
+                           .measured = {},
+                           .duration = parse_run_time(file.duration)};
+  const std::string& model = file.model.empty() ? system.model : file.model;
+  if (!model.empty()) result.measured = read_measured_model(model);
+  return result;
+}
+
+std::string replay_command(const SimulatedFile& file, const Scenario& scenario) {
+  std::string command = "takt simulate " + word_of(file.file);
+  const SimulatedFile usual;
+  const auto add = [&](const char* option, const std::string& value, const std::string& without) {
+    if (value != without) command += fmt::format(" {} {}", option, word_of(value));
+  };
+  add("--model", file.model, usual.model);
+  add("--as", file.as, usual.as);
+  add("--executor", file.executor, usual.executor);
+  add("--placement", file.placement, usual.placement);
+  add("--scheduler", file.scheduler, usual.scheduler);
+  add("--mode", file.mode, usual.mode);
+  add("--cpus", std::to_string(file.cpus), std::to_string(usual.cpus));
+  for (const std::string& setting : file.settings) add("--set", setting, "");
+  add("--duration", file.duration, usual.duration);
+  add("--replay", to_string(scenario), "");
+  return command;
+}
+
+StaysOnOneCpu::StaysOnOneCpu() {
+  static_cast<void>(available_cpus());  // of this process, before it keeps to one
+  CPU_ZERO(&before_);
+  static_cast<void>(sched_getaffinity(0, sizeof before_, &before_));
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  CPU_SET(static_cast<unsigned>(std::max(0, sched_getcpu())), &one);
+  static_cast<void>(sched_setaffinity(0, sizeof one, &one));
+}
+
+StaysOnOneCpu::~StaysOnOneCpu() {
+  static_cast<void>(sched_setaffinity(0, sizeof before_, &before_));
+}
+
+}  // namespace takt::tools

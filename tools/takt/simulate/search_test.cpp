@@ -1,0 +1,186 @@
+// What a search finds: bounds hold, exact ones are reached, and what is found can be repeated.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/containers/configuration/configuration_file_test.hpp"
+#include "takt/containers/simulation/scenario_search.hpp"
+#include "takt/measuring/json_text.hpp"
+#include "takt/measuring/run.hpp"
+#include "takt/testing/random_system.hpp"
+
+#include "analyze/analyzed_file.hpp"
+#include "random/random_system.hpp"
+#include "simulate/replay.hpp"
+#include "yaml_file.hpp"
+
+namespace takt::tools {
+namespace {
+
+using namespace std::chrono_literals;
+using Worst = ScenarioSearch::Worst;
+
+std::vector<Worst> search(const Simulation& simulation, int runs, std::uint64_t seed = 1) {
+  ScenarioSearch found(seed);
+  for (int i = 0; i < runs; ++i) {
+    const Scenario scenario = found.next();
+    found.add(scenario, simulation.run(scenario), simulation.time_to_begin());
+  }
+  return found.worst();
+}
+
+std::map<std::string, Nanoseconds> bounds_of_chains(const SystemDescription& system) {
+  const AnalyzedFile file = analyze_system(system, {.is_for_here = false});
+  std::map<std::string, Nanoseconds> result;
+  for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
+    if (const auto bound = file.bounds.chains[i].bound) result[file.model.chains[i].name] = *bound;
+  }
+  return result;
+}
+
+SystemDescription random_one(std::uint64_t seed) {
+  const RandomOptions options{.seed = seed,
+                              .executors = executors_to_draw(),
+                              .schedulers = schedulers().names(),
+                              .cpus = {0, 1}};
+  const std::string machine =
+      "machine: {cpus: 2, rt_runtime: 950ms, exclusive: true, overheads: {dispatch: 5us, wake: "
+      "20us}}\n";
+  return ConfigurationFile("system.yaml", yaml_file(random_system(options).document) + machine)
+      .read();
+}
+
+Nanoseconds latency_in(const Simulation& simulation, const Scenario& scenario,
+                       const std::string& chain) {
+  const std::vector<ProcessResult::ChainResult> chains = simulation.run(scenario).result.chains;
+  return std::find_if(chains.begin(), chains.end(),
+                      [&](const auto& other) { return other.name == chain; })
+      ->statistics.latency.max();
+}
+
+TEST(ScenarioSearch, FindsNothingAboveABoundAndWhatItFindsIsRepeated) {
+  std::size_t bounded = 0, late = 0;
+  for (std::uint64_t seed = 1; seed <= testing::random_systems(40); ++seed) {
+    const SystemDescription system = random_one(seed);
+    const auto bounds = bounds_of_chains(system);
+    const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 1s});
+    for (const Worst& worst : search(simulation, 16)) {
+      const std::string word = to_string(worst.scenario);
+      const std::string where = fmt::format("{}, seed {}: {}", worst.chain, seed, word);
+      const auto bound = bounds.find(worst.chain);
+      if (bound != bounds.end()) {
+        ++bounded;
+        ASSERT_LE(worst.latency.count(), bound->second.count()) << where;
+      }
+      ASSERT_EQ(latency_in(simulation, parse_scenario(word), worst.chain), worst.latency) << where;
+      const auto chain =
+          std::find_if(system.chains.begin(), system.chains.end(),
+                       [&](const auto& of) { return of.options.name == worst.chain; });
+      ASSERT_NE(chain, system.chains.end());
+      if (worst.latency > chain->options.deadline) ++late;
+    }
+  }
+  std::printf("%zu chains with a bound, %zu are late\n", bounded, late);
+  EXPECT_GT(bounded, 0u);
+  EXPECT_GT(late, 0u);
+}
+
+/// Timers with priorities on one thread, whose bounds are exact.
+SystemDescription independent_callbacks(std::uint64_t seed) {
+  std::mt19937_64 draws(seed);
+  const auto between = [&](std::uint64_t least, std::uint64_t most) {
+    return least + draws() % (most - least + 1);
+  };
+  std::string chains, components;
+  const std::uint64_t count = between(2, 6);
+  std::vector<std::uint64_t> priorities(count);  // equal ones do not always go first
+  std::iota(priorities.begin(), priorities.end(), 1);
+  std::shuffle(priorities.begin(), priorities.end(), draws);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::uint64_t period_us = between(5'000, 100'000);
+    const std::uint64_t work_us = period_us * between(20, 90) / 100 / count;
+    chains += fmt::format("{}{{name: c{}, path: [n{}/t{}_timer]}}", i == 0 ? "" : ", ", i, i, i);
+    components += fmt::format(
+        "    - {{component: takt::Workload, name: n{0}, executor: default, callbacks: "
+        "{{t{0}_timer: "
+        "{{priority: {1}}}}}, parameters: {{publishers: {{topic: [t{0}], period_us: [{2}], "
+        "work_us: [{3}]}}}}}}\n",
+        i, priorities[i], period_us, work_us);
+  }
+  return ConfigurationFile(
+             "system.yaml",
+             fmt::format("machine: {{cpus: 1, rt_runtime: unlimited, exclusive: true}}\n"
+                         "threads: {{one: {{policy: SCHED_FIFO, priority: 50, affinity: [0]}}}}\n"
+                         "executors: {{default: {{type: events, scheduler: fixed_priority, "
+                         "threads: [one]}}}}\n"
+                         "chains: [{}]\ncontainer:\n  components:\n{}",
+                         chains, components))
+      .read();
+}
+
+TEST(ScenarioSearch, ComesCloseToExactBounds) {
+  const std::uint64_t systems = testing::random_systems(25);
+  std::size_t close = 0;
+  for (std::uint64_t seed = 1; seed <= systems; ++seed) {
+    const SystemDescription system = independent_callbacks(seed);
+    const auto bounds = bounds_of_chains(system);
+    const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 1s});
+    const std::vector<Worst> found = search(simulation, 30);
+    close += std::all_of(found.begin(), found.end(), [&](const Worst& worst) {
+      return 10 * worst.latency >= 9 * bounds.at(worst.chain);
+    });
+  }
+  std::printf("of %zu systems, all chains of %zu come to 90 %% of their bounds\n",
+              static_cast<std::size_t>(systems), close);
+  EXPECT_GE(10 * close, 8 * systems);
+}
+
+TEST(ScenarioSearch, ASeedSaysWhatItFinds) {
+  const SystemDescription system = random_one(6);
+  const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 1s});
+  const auto words = [&](std::uint64_t seed) {
+    std::vector<std::string> result;
+    for (const Worst& worst : search(simulation, 20, seed))
+      result.push_back(to_string(worst.scenario) + " " + to_string(worst.latency));
+    return result;
+  };
+  const std::vector<std::string> first = words(1);
+  EXPECT_EQ(words(1), first);
+  EXPECT_NE(words(2), first);
+}
+
+TEST(ScenarioSearch, AScenarioOfAnotherFileIsRefused) {
+  const Simulation simulation(independent_callbacks(1),
+                              {.overrides = {}, .measured = {}, .duration = 1s});
+  try {
+    simulation.run(parse_scenario("1,worst,/n0/t_timer=1ms"));
+    FAIL();
+  } catch (const Error& refused) {
+    EXPECT_THAT(refused.what(),
+                ::testing::HasSubstr("the scenario has a phase of '/n0/t_timer', which is no timer "
+                                     "that runs, and nothing that arrives from outside; did you "
+                                     "mean '/n0/t0_timer'?"));
+  }
+}
+
+TEST(ReplayCommand, HasWhatDiffersFromTheFile) {
+  const SimulatedFile file{.file = "my robot.yaml",
+                           .executor = "events",
+                           .duration = "2s",
+                           .settings = {"threads.a.priority=7"},
+                           .cpus = 2};
+  EXPECT_EQ(replay_command(file, {}),
+            "takt simulate 'my robot.yaml' --executor events --cpus 2 --set threads.a.priority=7 "
+            "--duration 2s --replay 1,worst,all=0s");
+}
+
+}  // namespace
+}  // namespace takt::tools
