@@ -366,7 +366,7 @@ def draw_analysis(page, analysis):
         return None if text in labels else labels.setdefault(text, text)
 
     for row, chain in enumerate(chains):
-        bound, observed = chain["bound_us"], chain["observed_us"]
+        bound, observed, simulated = chain["bound_us"], chain["observed_us"], chain["simulated_us"]
         if bound is not None:
             axes.barh(row, bound / 1e3, 0.6, color="#c9d8ec", label=label("bound: never later"))
             waits = sum(segment["wait_us"] or 0 for segment in chain["segments"])
@@ -376,6 +376,8 @@ def draw_analysis(page, analysis):
         if observed is not None:
             axes.barh(row, observed["p999"] / 1e3, 0.3, color="#3566a8", label=label("observed, p99.9"))
             axes.plot(observed["max"] / 1e3, row, "|", color="#222222", markersize=12, label=label("observed, maximum"))
+        if simulated is not None:
+            axes.plot(simulated["max"] / 1e3, row, "d", color="#2f7d4f", markersize=6, label=label("simulated, maximum"))
         if chain["deadline_us"] is not None:
             axes.plot([chain["deadline_us"] / 1e3] * 2, [row - 0.4, row + 0.4], color="#d0632b", linewidth=2,
                       label=label("deadline"))
@@ -392,11 +394,16 @@ def draw_analysis(page, analysis):
     def ms(us):
         return "-" if us is None else f"{us / 1e3:.3f}"
 
-    page.table(["chain", "deadline (ms)", "observed p99.9 (ms)", "observed max (ms)", "bound (ms)", "verdict"],
+    page.table(["chain", "deadline (ms)", "observed p99.9 (ms)", "observed max (ms)", "simulated max (ms)", "bound (ms)", "verdict"],
                [[chain["name"], ms(chain["deadline_us"]), ms((chain["observed_us"] or {}).get("p999")),
-                 ms((chain["observed_us"] or {}).get("max")), ms(chain["bound_us"]), chain["verdict"]]
+                 ms((chain["observed_us"] or {}).get("max")), ms((chain["simulated_us"] or {}).get("max")),
+                 ms(chain["bound_us"]), chain["verdict"]]
                 for chain in chains])
+    if (analysis["simulated"] or {}).get("why_not") is not None:
+        page.note(f"Not simulated: {analysis['simulated']['why_not']}.")
     for chain in chains:
+        if (chain["simulated_us"] or {}).get("witness") is not None:
+            page.note(f"{chain['name']} is late in: {chain['simulated_us']['witness']}")
         if chain["reason"] is not None:
             page.note(f"{chain['name']} has no bound: {chain['reason']}.")
     for number, assumption in enumerate(analysis["assumptions"], 1):

@@ -311,7 +311,9 @@ std::vector<const Assumption*> missing(const SystemModel::Chain& chain,
 Verdict verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
   if (chain.is_dropped) return Verdict::dropped;
   const bool has_deadline = chain.deadline != Nanoseconds::zero();
-  if (has_deadline && chain.observed > chain.deadline) return Verdict::missed;
+  if (bound.bound && chain.simulated > *bound.bound) return Verdict::refuted;
+  if (has_deadline && std::max(chain.observed, chain.simulated) > chain.deadline)
+    return Verdict::missed;
   if (has(chain, Assumption::State::not_covered)) return Verdict::not_covered;
   if (has(chain, Assumption::State::refuted)) return Verdict::refuted;
   if (!bound.bound) return Verdict::no_bound;

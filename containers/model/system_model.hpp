@@ -109,8 +109,9 @@ struct SystemModel {
   };
   struct Chain {
     std::string name;
-    Nanoseconds deadline{0};  // 0: none
-    Nanoseconds observed{0};  // the longest that the measured model has seen; 0: not known
+    Nanoseconds deadline{0};   // 0: none
+    Nanoseconds observed{0};   // the longest that the measured model has seen; 0: not known
+    Nanoseconds simulated{0};  // the longest in a simulation, of the times of this model; 0: none
     /// How many instances began in the measured run, and came through; 0: not known.
     std::uint64_t begun = 0, came_through = 0;
     double begun_a_second = 0;
@@ -174,8 +175,8 @@ enum class Verdict {
   not_covered,  // there is something of which no number tells
   may_lose,     // in time, if it comes through
   no_bound,
-  missed,   // a run has missed the deadline
-  refuted,  // a run took longer than the bound, or did what the file says does not happen
+  missed,   // a run has missed the deadline, or a simulation does
+  refuted,  // one took longer than the bound, or did what the file says does not happen
 };
 std::string_view to_string(Verdict verdict) noexcept;
 Verdict verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);

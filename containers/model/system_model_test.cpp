@@ -70,6 +70,20 @@ TEST(SystemModel, WhatWasObservedMayRefuteABound) {
   EXPECT_EQ(verdict_of(trap("type: single_threaded")), Verdict::not_shown);
 }
 
+TEST(SystemModel, ASimulationShowsThatADeadlineIsMissed) {
+  Analyzed polling = analyzed(trap("type: single_threaded"));  // 22 ms; the deadline is 12 ms
+  const auto with = [](Analyzed& of, Nanoseconds simulated) {
+    of.model.chains.at(0).simulated = simulated;
+    return of.verdict();
+  };
+  EXPECT_EQ(with(polling, 12ms), Verdict::not_shown);
+  EXPECT_EQ(with(polling, 12ms + 1ns), Verdict::missed);
+  EXPECT_EQ(with(polling, 22ms + 1ns), Verdict::refuted);
+  Analyzed events = analyzed(trap("type: events"));
+  EXPECT_EQ(with(events, *events.bound().bound), Verdict::bounded_if);
+  EXPECT_EQ(with(events, *events.bound().bound + 1ns), Verdict::refuted);
+}
+
 TEST(SystemModel, HalfTheSpeedIsTwiceTheExecution) {
   EXPECT_EQ(bound_of(trap("type: single_threaded", "machine: {speed: {0: 0.5}}")).bound, 44ms);
 }

@@ -73,6 +73,24 @@ json observed_json(const MeasuredChain* observed) {
           {"max", rt::us(observed->longest)}};
 }
 
+json simulated_json(const AnalyzedFile& file, const SystemModel::Chain& chain) {
+  const auto* const found = file.simulated ? file.simulated->find(chain.name) : nullptr;
+  if (found == nullptr || found->longest == Nanoseconds::zero()) return {};
+  const bool is_late = chain.deadline != Nanoseconds::zero() && found->longest > chain.deadline;
+  return {{"max", rt::us(found->longest)},
+          {"scenario", found->scenario},
+          {"witness", is_late ? json(found->command) : json()}};
+}
+
+json simulations_json(const AnalyzedFile& file) {
+  if (!file.simulated) return {};
+  const std::string& why_not = file.simulated->why_not;
+  return {{"runs", file.simulated->runs},
+          {"duration_us", rt::us(parse_run_time(file.simulated->duration))},
+          {"why_not", why_not.empty() ? json() : json(why_not)},
+          {"notes", file.simulated->notes}};
+}
+
 json assumption_json(const Assumption& assumption) {
   const AssumptionKind* const kind = assumption_kind(assumption.id);
   const auto text = [](std::string_view of) { return of.empty() ? json() : json(of); };
@@ -98,6 +116,7 @@ json chain_json(const AnalyzedFile& file, std::size_t index) {
   const ModelBounds::Chain& bound = file.bounds.chains[index];
   json result = chain_bound_json(chain, bound);
   result.update({{"observed_us", observed_json(file.observed(chain))},
+                 {"simulated_us", simulated_json(file, chain)},
                  {"reason", bound.why_not.empty() ? json() : json(bound.why_not)},
                  {"covers_one_of", bound.bound && bound.one_of != 0 ? json(bound.one_of) : json()},
                  {"losses", bound.why_lossy.empty() ? json() : json(bound.why_lossy)},
@@ -172,21 +191,53 @@ void print_missing(const SystemModel::Chain& chain, const ModelBounds::Chain& bo
   }
 }
 
+/// Of each chain without a guarantee: a scenario in which it is late, or that none was found.
+void print_witnesses(const AnalyzedFile& file) {
+  if (!file.simulated) return;
+  const SimulatedChains& simulated = *file.simulated;
+  if (!simulated.why_not.empty()) rt::print("not simulated: {}\n", simulated.why_not);
+  for (const std::string& note : simulated.notes) rt::print("simulated: {}\n", note);
+  const std::string runs =
+      fmt::format("{} of {}", counted(simulated.runs, "simulated run"), simulated.duration);
+  for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
+    const SystemModel::Chain& chain = file.model.chains[i];
+    const auto* const found = simulated.find(chain.name);
+    if (found == nullptr || verdict(chain, file.bounds.chains[i]) == Verdict::guaranteed) continue;
+    if (found->longest == Nanoseconds::zero()) {
+      rt::print("{} has no instances in {}\n", chain.name, runs);
+    } else if (chain.deadline != Nanoseconds::zero() && found->longest > chain.deadline) {
+      rt::print("{} is late in: {}\n", chain.name, found->command);
+    } else if (chain.deadline != Nanoseconds::zero()) {
+      rt::print("{} is late in none of {}\n", chain.name, runs);
+    }
+  }
+}
+
 void print_chains(const AnalyzedFile& file) {
-  Table chains(
-      {"chain", "deadline_ms", "p99.9_ms", "max_ms", "bound_ms", "verdict", "by", "rests on"});
+  std::vector<std::string> columns{"chain",    "deadline_ms", "p99.9_ms", "max_ms",
+                                   "bound_ms", "verdict",     "by",       "rests on"};
+  const bool is_simulated = file.simulated && file.simulated->why_not.empty();
+  if (is_simulated) columns.insert(columns.begin() + 4, "simulated_ms");
+  Table chains(columns);
   for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
     const SystemModel::Chain& chain = file.model.chains[i];
     const ModelBounds::Chain& bound = file.bounds.chains[i];
     const analysis::ChainBound* const details = found(file, i);
     const MeasuredChain* const observed = file.observed(chain);
-    chains.add({chain.name,
-                chain.deadline == Nanoseconds::zero() ? "-" : ms(chain.deadline.count()),
-                observed != nullptr ? ms(observed->p999.count()) : "-",
-                observed != nullptr ? ms(observed->longest.count()) : "-",
-                bound.bound ? ms(bound.bound->count()) : "-", describe(chain, bound),
-                bound.bound ? by(file, *details) : "-",
-                details != nullptr ? rests_on(file, callbacks_of(*details)) : "-"});
+    std::vector<std::string> row{
+        chain.name,
+        chain.deadline == Nanoseconds::zero() ? "-" : ms(chain.deadline.count()),
+        observed != nullptr ? ms(observed->p999.count()) : "-",
+        observed != nullptr ? ms(observed->longest.count()) : "-",
+        bound.bound ? ms(bound.bound->count()) : "-",
+        describe(chain, bound),
+        bound.bound ? by(file, *details) : "-",
+        details != nullptr ? rests_on(file, callbacks_of(*details)) : "-"};
+    if (is_simulated) {
+      row.insert(row.begin() + 4,
+                 chain.simulated == Nanoseconds::zero() ? "-" : ms(chain.simulated.count()));
+    }
+    chains.add(row);
   }
   chains.print(
       "chains: from the release of the first callback to the end of the last one (p99.9 and max as "
@@ -207,6 +258,7 @@ void print_chains(const AnalyzedFile& file) {
     }
     if (!bound.bound) rt::print("{} has no bound: {}\n", chain.name, bound.why_not);
   }
+  print_witnesses(file);
   rt::print("\n");
 }
 
@@ -326,6 +378,7 @@ json analysis_json(const AnalyzedFile& file) {
           {"guaranteed", file.is_all_guaranteed()},
           {"chains", std::move(chains)},
           {"modes", std::move(modes)},
+          {"simulated", simulations_json(file)},
           {"callbacks", std::move(callbacks)},
           {"assumptions", std::move(assumptions)}};
 }

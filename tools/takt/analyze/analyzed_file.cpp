@@ -229,6 +229,7 @@ AnalyzedFile analyze_system(SystemDescription system, const AnalyzeOptions& opti
   const std::string& model = options.model.empty() ? file.system.model : options.model;
   if (!model.empty()) file.measured = read_measured_model(model);
   if (options.is_for_here) file.machine = facts_of_machine(file.system);
+  if (options.simulated_runs != 0) file.simulated = simulate_chains(file.system, options);
   if (options.measures_overheads) measure_overheads(file.system.machine, file.machine);
   ContainerOverrides overrides = options.overrides;
   overrides.on_making = reports_exit().on_making;
@@ -255,6 +256,10 @@ AnalyzedFile analyze_system(SystemDescription system, const AnalyzeOptions& opti
   add_threads_of_components(file);
   file.model = make_system_model(file.system, file.chains, file.processes,
                                  file.measured ? &*file.measured : nullptr, file.machine);
+  for (SystemModel::Chain& chain : file.model.chains) {
+    const auto* const found = file.simulated ? file.simulated->find(chain.name) : nullptr;
+    if (found != nullptr) chain.simulated = found->longest;
+  }
   const auto begin = std::chrono::steady_clock::now();
   file.bounds = analyze(file.model);
   file.analysis_time = std::chrono::steady_clock::now() - begin;
@@ -273,9 +278,19 @@ std::string why_not_guaranteed(const SystemModel::Chain& chain, const ModelBound
   const auto ms = [](Nanoseconds time) { return milliseconds(time) + " ms"; };
   switch (verdict(chain, bound)) {
     case Verdict::missed:
+      if (chain.observed <= chain.deadline) {
+        return fmt::format("takes {} in a simulation, its deadline is {}", ms(chain.simulated),
+                           ms(chain.deadline));
+      }
       return fmt::format("took {} in the measured run, its deadline is {}", ms(chain.observed),
                          ms(chain.deadline));
     case Verdict::refuted:
+      if (bound.bound && chain.simulated > *bound.bound) {
+        return fmt::format(
+            "takes {} in a simulation, above its bound, {}: Takt contradicts itself; "
+            "do not rely on either, and report it with the file",
+            ms(chain.simulated), ms(*bound.bound));
+      }
       for (const Assumption* assumption : missing(chain, bound)) {
         if (assumption->state == Assumption::State::refuted) return assumption->text;
       }

@@ -16,6 +16,24 @@
 
 namespace takt::tools {
 
+/// What simulations of a system have shown, as `takt simulate --search` runs them.
+struct SimulatedChains {
+  struct Chain {
+    std::string name;
+    Nanoseconds longest{0};  // 0: it had no instances
+    std::string scenario;    // in which it took so long
+    std::string command;     // that repeats this
+  };
+  std::uint64_t runs = 0;
+  std::string duration;  // of each
+  std::string why_not;   // they cannot be; empty: they were
+  std::vector<std::string> notes;
+  std::vector<Chain> chains;
+
+  /// nullptr: nothing is known of it.
+  const Chain* find(std::string_view name) const;
+};
+
 /// A system with its model and its bounds. The components are constructed; nothing runs.
 struct AnalyzedFile {
   SystemDescription system;
@@ -35,6 +53,7 @@ struct AnalyzedFile {
     ModelBounds bounds;
   };
   std::vector<Mode> modes;
+  std::optional<SimulatedChains> simulated;
 
   /// Whether there are chains, and each has a deadline and meets it for sure, in each mode that
   /// does not drop it.
@@ -52,7 +71,8 @@ struct AnalyzeOptions {
   Settings settings;             // instead of what the file says
   nlohmann::json nodes;          // of nodes_of_program; null: the file has components
   bool measures_overheads = false;
-  bool is_for_here = true;  // otherwise nothing is read of this machine
+  bool is_for_here = true;           // otherwise nothing is read of this machine
+  std::uint64_t simulated_runs = 0;  // to look for deadlines that are missed; 0: none
 };
 
 /// Throws Error for a bad file.
@@ -64,6 +84,9 @@ AnalyzedFile analyze_system(SystemDescription system, const AnalyzeOptions& opti
 std::string why_not_guaranteed(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
 /// What the bounds of these callbacks' executors rest on: "declared 5, measured 2".
 std::string rests_on(const AnalyzedFile& file, const std::vector<std::size_t>& callbacks);
+
+/// Call it before the system is analysed: two nodes of one name cannot be.
+SimulatedChains simulate_chains(const SystemDescription& system, const AnalyzeOptions& options);
 
 nlohmann::json analysis_json(const AnalyzedFile& file);
 /// In short: each chain's bound, deadline and verdict.

@@ -125,6 +125,17 @@ void run(Options options) {
   if (!passes) throw CLI::RuntimeError(kFailed);
 }
 
+/// Instead of all that is about one file.
+void add_lines(CLI::App& command, Options& options) {
+  auto* const lines = command.add_flag(
+      "--lines", options.lines,
+      "Each line of stdin is a file as JSON, also with an id; a line of JSON for each");
+  for (const char* of_one : {"FILE", "--model", "--overheads", "--explain", "--sweep", "--suggest",
+                             "--allow-unbounded", "--simulate", "--report", "--json"}) {
+    lines->excludes(command.get_option(of_one));
+  }
+}
+
 void set_up(CLI::App* command) {
   const auto options = std::make_shared<Options>();
   command->add_option(
@@ -159,15 +170,16 @@ void set_up(CLI::App* command) {
             "off");
   command->add_flag("--allow-unbounded", options->allows_unbounded,
                     "Exit 0 unless a run has missed a deadline, or taken longer than its bound");
+  auto* const simulated = whole_number(
+      command->add_option("--simulate", options->how.simulated_runs,
+                          "Show the longest latencies of so many simulated runs, too, and how to "
+                          "repeat one in which a chain is late"),
+      1, 1'000'000);
+  for (const char* other : {"--explain", "--sweep"})
+    simulated->excludes(command->get_option(other));
   add_output(*command, "--report", options->report, "Also write an HTML page with a figure");
   add_output(*command, "--json", options->json, "Also write the results as JSON; - for stdout");
-  auto* const lines = command->add_flag(
-      "--lines", options->lines,
-      "Each line of stdin is a file as JSON, also with an id; a line of JSON for each");
-  for (const char* of_one : {"FILE", "--model", "--overheads", "--explain", "--sweep", "--suggest",
-                             "--allow-unbounded", "--report", "--json"}) {
-    lines->excludes(command->get_option(of_one));
-  }
+  add_lines(*command, *options);
   command->footer(
       "Exit 0: there are chains, and each has a deadline and meets it for sure: `guaranteed`.\n"
       "With -- PROGRAM [ARGUMENT]... FILE is the TAKT_CONFIG of a program written for rclcpp, "
@@ -176,6 +188,7 @@ void set_up(CLI::App* command) {
       "Examples:\n"
       "  takt analyze robot.yaml\n"
       "  takt analyze robot.yaml --model robot.model.yaml --report robot.html\n"
+      "  takt analyze robot.yaml --simulate 100\n"
       "  takt analyze robot.yaml --explain sense_to_act\n"
       "  takt analyze robot.yaml --sweep threads.control.runtime=1ms..9ms\n"
       "  takt analyze robot.yaml -- takt ros2 run my_package my_program\n"

@@ -16,10 +16,10 @@ namespace {
 using nlohmann::json;
 
 // Limit: bytes of a task set on stdin, or of a line. At it: it is refused. Seen: the error.
-constexpr std::size_t kMostBytes = 4 << 20;
+constexpr std::size_t kMostLineBytes = 4 << 20;
 
 [[noreturn]] void refuse_length(const document::Errors& errors, const char* what) {
-  errors.fail(1, fmt::format("the {} has more than {} bytes", what, kMostBytes),
+  errors.fail(1, fmt::format("the {} has more than {} bytes", what, kMostLineBytes),
               "give fewer tasks");
 }
 
@@ -28,7 +28,7 @@ bool read_line(std::string& line, const document::Errors& errors) {
   line.clear();
   for (int next = std::cin.get(); next != std::istream::traits_type::eof(); next = std::cin.get()) {
     if (next == '\n') return true;
-    if (line.size() == kMostBytes) refuse_length(errors, "line");
+    if (line.size() == kMostLineBytes) refuse_length(errors, "line");
     line.push_back(static_cast<char>(next));
   }
   return !line.empty();
@@ -50,10 +50,10 @@ void move_to(json& result, document::Value& value, const char* key) {
 }  // namespace
 
 std::string read_stdin(const document::Errors& errors) {
-  std::string text(kMostBytes + 1, ' ');
+  std::string text(kMostLineBytes + 1, ' ');
   std::cin.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(std::cin.gcount()));
-  if (text.size() > kMostBytes) refuse_length(errors, "input");
+  if (text.size() > kMostLineBytes) refuse_length(errors, "input");
   return text;
 }
 

@@ -8,6 +8,7 @@ usage: analyze_test.py TAKT
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -97,6 +98,28 @@ with tempfile.TemporaryDirectory() as folder:
     late = write("late.yaml", ROBOT.replace("DEADLINE", "3ms"))
     status, output, errors = run(late)
     check("not shown", status == 1 and " not shown " in output and "what would help" in output, status, output, errors)
+
+    # What a simulation finds stands beside it, and can be repeated.
+    stated = "machine: {cpus: [0], rt_runtime: 950ms}\n"
+    late = write("late_there.yaml", stated + ROBOT.replace("DEADLINE", "3ms"))
+    status, output, errors = run(late, "--simulate", "6", "--suggest", "off")
+    check("a witness", status == 1 and re.search(r"^chain +deadline_ms +p99.9_ms +max_ms +simulated_ms +bound_ms", output, re.M) and
+          re.search(r"^sense +3.000 .* missed ", output, re.M) and "sense takes 11.500 ms in a simulation, its deadline is 3.000 ms" in output,
+          status, output, errors)
+    witness = shlex.split(re.search(r"^sense is late in: takt (simulate .*)$", output, re.M)[1])
+    shown = run(*witness[1:], "--json", "-", command=witness[0])
+    check("shows that it is late", shown[0] == 1 and json.loads(shown[1])["runs"][0]["chains"][0]["latency_us"]["max"] == 11500, witness, shown)
+    check("which is allowed in no way", run(late, "--simulate", "6", "--allow-unbounded")[0] == 1)
+    document = json.loads(run(late, "--simulate", "6", "--json", "-")[1])
+    check("the JSON has it", document["chains"][0]["simulated_us"] == {"max": 11500.0, "scenario": witness[-1], "witness": shlex.join(["takt", *witness])} and
+          document["simulated"] == {"runs": 6, "duration_us": 10e6, "why_not": None, "notes": []}, document)
+    in_time = write("in_time.yaml", stated + ROBOT.replace("DEADLINE", "20ms").replace(ACCEPTED, ""))
+    status, output, errors = run(in_time, "--simulate", "6", "--suggest", "off")
+    check("none found", "sense is late in none of 6 simulated runs of 10s\n" in output, output, errors)
+    several = ROBOT.replace("DEADLINE", "20ms").replace("container:\n  name: robot\n", "containers:\n- name: robot\n")
+    two = write("two.yaml", stated + several.replace("chains:", "- {name: more, components: [{component: takt::Workload, name: other}]}\nchains:"))
+    status, output, errors = run(two, "--simulate", "6", "--suggest", "off")
+    check("what cannot be simulated is named", "\nnot simulated: " in output and "cannot simulate 2 processes" in output, output, errors)
 
     plain = write("plain.yaml", ROBOT.replace("DEADLINE", "20ms").replace("policy: SCHED_FIFO, priority: 40, ", ""))
     status, output, errors = run(plain)

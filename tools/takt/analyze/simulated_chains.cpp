@@ -1,0 +1,82 @@
+// Simulations beside an analysis.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "takt/containers/simulation/scenario_search.hpp"
+
+#include "analyze/analyzed_file.hpp"
+#include "simulate/replay.hpp"
+
+namespace takt::tools {
+namespace {
+
+/// The same system, as options of `takt simulate` say it.
+SimulatedFile simulated_file(const SystemDescription& system, const AnalyzeOptions& options) {
+  SimulatedFile file{.file = system.file,
+                     .model = options.model,
+                     .as = options.as,
+                     .executor = options.overrides.executor,
+                     .scheduler = options.overrides.scheduler};
+  if (options.overrides.placement == Placement::merged) file.placement = "merged";
+  if (!system.modes.empty()) file.mode = "normal";
+  for (const Setting& setting : options.settings)
+    file.settings.push_back(setting.path + "=" + setting.value);
+  return file;
+}
+
+/// What the analysis takes from this machine, and a simulation does not; empty: nothing.
+std::string why_machines_differ(const SystemDescription& system, const AnalyzeOptions& options) {
+  if (options.measures_overheads)
+    return "the overheads are those of this machine; write them to `machine: overheads`";
+  const Nanoseconds here = std::chrono::seconds(1) - throttled_realtime();
+  if (system.machine.rt_runtime || here == Simulation::kUsualRtRuntime) return {};
+  return fmt::format(
+      "Linux grants {:g} ms of each second to real-time threads here; write that to `machine: "
+      "{{rt_runtime: …}}`",
+      static_cast<double>(here.count()) / 1e6);
+}
+
+}  // namespace
+
+const SimulatedChains::Chain* SimulatedChains::find(std::string_view name) const {
+  const auto found = std::find_if(chains.begin(), chains.end(),
+                                  [&](const Chain& chain) { return chain.name == name; });
+  return found != chains.end() ? &*found : nullptr;
+}
+
+SimulatedChains simulate_chains(const SystemDescription& system, const AnalyzeOptions& options) {
+  const SimulatedFile file = simulated_file(system, options);
+  SimulatedChains result{.runs = options.simulated_runs, .duration = file.duration};
+  if (!options.nodes.is_null()) {
+    result.why_not = "a program for rclcpp runs by itself";
+    return result;
+  }
+  result.why_not = why_machines_differ(system, options);
+  if (!result.why_not.empty()) return result;
+  const StaysOnOneCpu here;
+  ScenarioSearch search(1);
+  try {
+    const Simulation simulation(system, options_of(system, file));
+    result.notes = simulation.notes();
+    for (std::uint64_t run = 0; run < result.runs; ++run) {
+      const Scenario scenario = search.next();
+      const SimulatedRun simulated = simulation.run(scenario);
+      if (!simulated.result.failures.empty())
+        throw Error(fmt::format("{}", fmt::join(simulated.result.failures, "; ")));
+      search.add(scenario, simulated, simulation.time_to_begin());
+    }
+  } catch (const Error& refused) {
+    result.why_not = refused.what();
+    return result;
+  }
+  for (const ScenarioSearch::Worst& worst : search.worst()) {
+    result.chains.push_back({worst.chain, worst.latency, to_string(worst.scenario),
+                             replay_command(file, worst.scenario)});
+  }
+  return result;
+}
+
+}  // namespace takt::tools
