@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace takt::document {
 namespace {
@@ -103,6 +104,31 @@ bool is_for_node(std::string_view pattern, std::string_view node) {
   }
   return std::all_of(wanted.begin() + static_cast<std::ptrdiff_t>(at), wanted.end(),
                      [](std::string_view one) { return one == "**"; });
+}
+
+std::vector<Value> parameters_of(const Value& file, const std::string& node, Errors& errors) {
+  std::vector<NodeParameters> sections = node_parameters(file, errors);
+  std::stable_partition(sections.begin(), sections.end(),
+                        [](const NodeParameters& section) { return section.is_wildcard(); });
+  std::vector<Value> parameters;
+  std::vector<std::string> others;
+  for (NodeParameters& section : sections) {
+    if (!is_for_node(section.node, node)) {
+      others.push_back(section.node);
+      continue;
+    }
+    for (Value& value : section.parameters) {
+      std::erase_if(parameters, [&](const Value& other) { return other.name == value.name; });
+      parameters.push_back(std::move(value));
+    }
+  }
+  if (others.size() == sections.size() && errors.size() == 0) {
+    errors.add(file.line, fmt::format("no section is for node '{}'", node),
+               others.empty()
+                   ? fmt::format("write '{}: {{{}: {{name: value}}}}'", node, kRosParameters)
+                   : fmt::format("there are sections for {}", fmt::join(others, ", ")));
+  }
+  return parameters;
 }
 
 bool is_parameter_file(const Value& root) {

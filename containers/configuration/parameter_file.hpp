@@ -30,6 +30,10 @@ struct NodeParameters {
 std::vector<NodeParameters> node_parameters(const Value& file, Errors& errors);
 /// Whether a section's name means this node. Both are absolute.
 bool is_for_node(std::string_view pattern, std::string_view node);
+/// The parameters, with their full names, of the sections that are for this node. Those with the
+/// node's name override those with wildcards. Adds an error if no section is for the node.
+std::vector<Value> parameters_of(const Value& file, const std::string& node, Errors& errors);
+
 /// Whether a key of the root has a section: a configuration file has none.
 bool is_parameter_file(const Value& root);
 

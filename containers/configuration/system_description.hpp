@@ -231,6 +231,7 @@ struct SystemDescription {
   std::map<std::string, RestartOptions, std::less<>> restarts;  // by the container's name
   std::map<std::string, LoadPolicy, std::less<>> loads;         // by the container's name
   std::vector<std::string> libraries;                           // named by the file, see LoadPolicy
+  std::vector<std::string> parameter_files;                     // the same, of ROS 2
   std::optional<LifecycleDescription> lifecycle;
   std::vector<ChainDescription> chains;
   std::optional<PriorityMethod> priorities;  // nullopt: picas, where the code gives none either

@@ -128,6 +128,7 @@ constexpr CoverageEntry kTable[] = {
     {"a component", "namespace", kIrrelevant, "only a name"},
     {"a component", "parameters", kUsed,
      "it is constructed with them; other ones than in the model: model_from_elsewhere"},
+    {"a component", "parameters_file", kUsed, "as parameters, which it gives"},
     {"a component", "remap", kUsed, "it is constructed with it: links"},
     {"a component", "log_level", kIrrelevant,
      "logging is part of the execution times, as measured or declared"},

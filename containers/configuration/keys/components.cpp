@@ -5,11 +5,33 @@
 
 #include "takt/containers/component.hpp"
 #include "takt/containers/configuration/configuration_reader.hpp"
+#include "takt/containers/configuration/parameter_file.hpp"
 
 namespace takt {
+namespace {
+
+// What the component's own `parameters` do not say.
+void add_parameters_of(const std::string& path, ComponentDescription& component) {
+  if (component.name.empty()) {
+    throw Error("a parameter file is for nodes by their names, and this component has none here",
+                "add 'name'");
+  }
+  document::Errors errors(path);
+  const document::Value file = document::read(path, errors, document::Rules::parameters);
+  for (const auto& value : document::parameters_of(file, full_name(component), errors)) {
+    const std::optional<ParameterValue> parameter = read_parameter(value, errors);
+    if (parameter && component.parameters.try_emplace(value.name, *parameter).second)
+      component.parameter_lines.try_emplace(value.name, errors.where(value.line));
+  }
+  errors.throw_if_any();
+}
+
+}  // namespace
 
 void ConfigurationReader::read_component(const Value& value) {
   ComponentDescription component{.where = errors_.where(value.line)};
+  std::string parameters_file;
+  int line = 0;
   std::vector<Field> fields{
       {"library",
        "The shared library that registers the class, as for a scheduler. Without it, the class "
@@ -27,6 +49,14 @@ void ConfigurationReader::read_component(const Value& value) {
        "bytes, and an empty list for one of any type. A nested map is a prefix: `{a: {b: 1}}` sets "
        "the parameter `a.b`.",
        [&](const Value& parameters) { read_parameters(parameters, "", component); }},
+      {"parameters_file",
+       "A parameter file of ROS 2, with its rules; a relative path starts at the folder of this "
+       "file. Of its sections, those hold that are for the node, which needs a `name`: first those "
+       "with wildcards, then those with its name. What stands in `parameters` holds before all.",
+       [&](const Value& file) {
+         into(parameters_file)(file);
+         line = file.line;
+       }},
       {"remap", "Topic or service name in the code → the name to use instead.",
        each_in_map([&](const Value& topic) { read_remap(topic, component); })},
       {"log_level", "Lowest level that the node logs. By default, that of the process.",
@@ -36,6 +66,10 @@ void ConfigurationReader::read_component(const Value& value) {
                                                  {"error", LogLevel::error}})}};
   for (Field& field : serving_fields(component)) fields.push_back(std::move(field));
   read_map(value, "a component", fields);
+  if (!parameters_file.empty()) {
+    system_.parameter_files.push_back(beside(parameters_file));
+    errors_.passes(line, [&] { add_parameters_of(system_.parameter_files.back(), component); });
+  }
   add(std::move(component), value.line);
 }
 

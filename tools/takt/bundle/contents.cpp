@@ -61,17 +61,33 @@ fs::path loaded_library(const std::string& name) {
   return path;
 }
 
-/// In the folder of the file that names it: a relative path leads there. Else in `lib`, where the
-/// dynamic linker looks.
+/// In the folder of the file that names it: a relative path leads there. Empty: it is elsewhere.
+std::string place_beside(const std::string& file, const fs::path& named) {
+  const fs::path beside =
+      fs::canonical(named).lexically_relative(fs::canonical(file).parent_path());
+  return beside.empty() || *beside.begin() == ".." ? fs::path() : beside;
+}
+
+[[noreturn]] void refuse(const fs::path& named, const std::string& file) {
+  throw Error(
+      fmt::format("'{}' is named by a path that leads out of the file's folder", named.string()),
+      "put it into that folder", file);
+}
+
+/// Else in `lib`, where the dynamic linker looks.
 std::string place_of(const fs::path& library, const std::string& file, const std::string& text) {
-  const fs::path beside = library.lexically_relative(fs::canonical(file).parent_path());
-  if (!beside.empty() && *beside.begin() != "..") return beside;
-  if (text.find("/" + library.filename().string()) == text.npos)
-    return "lib/" + library.filename().string();
-  throw Error(fmt::format("library '{}' is named by a path that leads out of the file's folder",
-                          library.string()),
-              "put it into that folder, or name it without a path and let $LD_LIBRARY_PATH find it",
-              file);
+  if (const std::string beside = place_beside(file, library); !beside.empty()) return beside;
+  const std::string name = library.filename();
+  if (text.find("/" + name) != text.npos) refuse(library, file);
+  return "lib/" + name;
+}
+
+void add_parameters(const SystemDescription& system, const std::string& file, Contents& contents) {
+  for (const std::string& named : system.parameter_files) {
+    const std::string path = place_beside(file, named);
+    if (path.empty()) refuse(named, file);
+    contents.add(path, named);
+  }
 }
 
 void add_libraries(const SystemDescription& system, const std::string& file, Contents& contents) {
@@ -112,7 +128,9 @@ std::vector<BundledFile> files_of_systems(const std::vector<std::string>& system
   if (!model.empty()) contents.add(bundled(model), model);
   for (const std::string& file : systems) {
     contents.add(bundled(file), file);
-    add_libraries(read_system(file), file, contents);
+    const SystemDescription system = read_system(file);
+    add_libraries(system, file, contents);
+    add_parameters(system, file, contents);
   }
   return contents.read();
 }

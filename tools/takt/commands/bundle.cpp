@@ -70,8 +70,7 @@ void set_up(CLI::App* command) {
   command->add_flag("--as-root", options->runs_as_root, "Run it also as root")->needs(runs);
   command->footer(
       "Nothing of a bundle runs unless --run says so; its script is shown before.\n\n"
-      "Example:\n  takt compare robot.yaml --executors all --repeat 20 --bundle robot.tar.zst\n"
-      "  takt bundle robot.tar.zst\n  takt bundle robot.tar.zst --into again --run\n");
+      "Example:\n  takt bundle robot.tar.zst\n  takt bundle robot.tar.zst --into again --run\n");
   command->callback([options] { open_bundle(*options); });
 }
 const Command registered("bundle", "Opens a published comparison, and repeats it", set_up);

@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "takt/base/printable.hpp"
+#include "takt/containers/configuration/parameter_file.hpp"
 #include "takt/containers/configuration/system_reader.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
@@ -18,7 +19,6 @@
 #include "exit_status.hpp"
 #include "graph/dynamic_message.hpp"
 #include "graph/observer.hpp"
-#include "graph/parameter_file.hpp"
 #include "graph/service_call.hpp"
 #include "outputs.hpp"
 #include "prompt/values.hpp"
@@ -336,6 +336,20 @@ void delete_one(const Options& options) {
          "Deleted parameter successfully", "deleting parameter failed");
 }
 
+/// Adds the parameter "a.b" as {"a": {"b": value}}.
+void add_parameter(nlohmann::ordered_json& parameters, const std::string& name,
+                   nlohmann::ordered_json value) {
+  const std::size_t dot = name.find('.');
+  if (dot != std::string::npos) {
+    const auto inner = parameters.emplace(name.substr(0, dot), nlohmann::ordered_json::object());
+    // "a" may have a value of its own.
+    if (inner.first->is_object()) {
+      return add_parameter(*inner.first, name.substr(dot + 1), std::move(value));
+    }
+  }
+  parameters[name] = std::move(value);
+}
+
 void dump(const Options& options) {
   Caller caller(options.domain.number());
   ParameterClient client(caller, options);
@@ -356,8 +370,8 @@ void dump(const Options& options) {
 void load(const Options& options) {
   document::Errors errors(options.file);
   const std::vector<document::Value> values =
-      parameters_of(document::read(options.file, errors, document::Rules::parameters),
-                    absolute(options.node), errors);
+      document::parameters_of(document::read(options.file, errors, document::Rules::parameters),
+                              absolute(options.node), errors);
   errors.throw_if_any();
   Caller caller(options.domain.number());
   ParameterClient client(caller, options);

@@ -1,6 +1,6 @@
 // What `takt param dump` writes is read by ROS 2's parser of parameter files, whose rules are here.
 // SPDX-License-Identifier: Apache-2.0
-#include "graph/parameter_file.hpp"
+#include "takt/containers/configuration/parameter_file.hpp"
 
 #include <cmath>
 #include <cstdlib>

@@ -40,12 +40,13 @@ executors: {{control: {{type: events, scheduler: good}}}}
 container:
   components:
     - {{component: takt::Workload, name: bumper, executor: control, parameters: {{publishers: {{topic: [contact], period_us: [10000], work_us: [1000]}}}}}}
-    - {{component: takt::Workload, name: motor, executor: control, parameters: {{subscriptions: {{topic: [contact], work_us: [2000]}}}}}}
+    - {{component: takt::Workload, name: motor, executor: control, parameters_file: parts/motor.yaml}}
     - {{component: takt::Workload, name: camera, executor: control, parameters: {{publishers: {{topic: [image], period_us: [33000], work_us: [5000]}}}}}}
 """
 (folder / "here/parts").mkdir()
 shutil.copy(schedulers, folder / "here/parts/libmine.so")
 (folder / "here/robot.yaml").write_text(ROBOT.format(library="parts/libmine.so"))
+(folder / "here/parts/motor.yaml").write_text("motor: {ros__parameters: {subscriptions: {topic: [contact], work_us: [2000]}}}\n")
 (folder / "here/own.yaml").write_text("executors: {all: {type: events, scheduler: edf}}\n"
                                       "container: {components: [{component: takt::Workload, name: nobody}]}\n")
 COMPARE = ("compare", "robot.yaml", "--executors", "file,single_threaded", "--as", "./own.yaml", "--simulate", "--duration", "1s", "--repeat", "6")
@@ -61,7 +62,7 @@ check("the same comparison is the same bundle, but for the load", abs(len(bundle
 shown, _ = run("bundle", bundle, cwd="there")
 there = folder / "there/robot"
 check("its files are there", sorted(str(path.relative_to(there)) for path in there.rglob("*") if path.is_file()) ==
-      ["before.compared.json", "bundle.json", "own.yaml", "parts/libmine.so", "robot.yaml", "run"], list(there.rglob("*")))
+      ["before.compared.json", "bundle.json", "own.yaml", "parts/libmine.so", "parts/motor.yaml", "robot.yaml", "run"], list(there.rglob("*")))
 script = (there / "run").read_text()
 check("it shows its script, and runs nothing", script in shown and "nothing was run" in shown and "ratios" not in shown, shown)
 check("with the words of the comparison", "compare robot.yaml --executors file,single_threaded --as own.yaml --duration 1s --repeat 6 "
