@@ -40,7 +40,7 @@ void ScenarioSearch::add(const Scenario& scenario, const SimulatedRun& run,
     const ProcessResult::ChainResult& chain = run.result.chains[i];
     const Nanoseconds latency = chain.statistics.latency.max();
     // Equal ones, too: from another place there may be a way up.
-    if (is_first || latency >= worst_[i].latency) places_[i] = {scenario, phases};
+    if (is_first || latency >= worst_[i].latency) places_[i] = {scenario, phases, run.moments[i]};
     if (is_first || latency > worst_[i].latency) worst_[i] = {chain.name, latency, scenario};
   }
 }
@@ -59,26 +59,29 @@ Scenario ScenarioSearch::climb() {
   const Place& from = places_[climbs_++ % places_.size()];
   const auto one = static_cast<std::size_t>(draws_.below(std::ssize(releases_)));
   Scenario scenario = from.scenario;
-  scenario.phases[releases_[one].callback] = other_phase(from.phases, one);
+  scenario.phases[releases_[one].callback] = other_phase(from, one);
   return scenario;
 }
 
-Nanoseconds ScenarioSearch::other_phase(const std::vector<Nanoseconds>& phases, std::size_t of) {
+// As often some nanoseconds as some milliseconds.
+Nanoseconds ScenarioSearch::any_step(Nanoseconds most) {
+  const auto bits =
+      static_cast<std::int64_t>(std::bit_width(static_cast<std::uint64_t>(most.count())));
+  return Nanoseconds(draws_.below(std::int64_t{1} << draws_.below(bits)) + 1);
+}
+
+Nanoseconds ScenarioSearch::other_phase(const Place& place, std::size_t of) {
   const Nanoseconds distance = std::max(releases_[of].distance, Nanoseconds(1));
-  switch (draws_.below(3)) {
-    case 0:
-      return Nanoseconds(draws_.below(distance.count()));
-    case 1: {
-      const auto other = static_cast<std::size_t>(draws_.below(std::ssize(phases)));
-      return within(phases[other] + (draws_.below(3) - 1) * just_, distance);
-    }
-    default: {  // as often by some nanoseconds as by some milliseconds
-      const auto bits =
-          static_cast<std::int64_t>(std::bit_width(static_cast<std::uint64_t>(distance.count())));
-      const std::int64_t step = draws_.below(std::int64_t{1} << draws_.below(bits)) + 1;
-      return within(phases[of] + Nanoseconds(draws_.below(2) == 0 ? step : -step), distance);
-    }
+  const std::int64_t way = draws_.below(6);
+  if (way == 0) return Nanoseconds(draws_.below(distance.count()));
+  if (way == 1 || place.moments.empty()) {
+    const Nanoseconds step = any_step(distance);
+    return within(place.phases[of] + (draws_.below(2) == 0 ? step : -step), distance);
   }
+  const Nanoseconds moment =
+      place.moments[static_cast<std::size_t>(draws_.below(std::ssize(place.moments)))];
+  const Nanoseconds before = way == 2 ? Nanoseconds::zero() : way == 3 ? just_ : any_step(distance);
+  return within(moment - before, distance);
 }
 
 }  // namespace takt

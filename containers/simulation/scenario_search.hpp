@@ -20,7 +20,8 @@ namespace TAKT_INTERNAL takt {
 ///    just before them, so that it has begun when they come.
 /// 2. Any phases, with execution times that are the longest, or drawn.
 /// 3. Climbing: the worst scenario of a chain, with another phase of one callback. It is any, or
-///    near the one that it had, or the release of it meets that of another callback.
+///    near the one that it had; or a release of it comes when the longest instance of the chain was
+///    released, or when a callback of that began or ended, or before.
 ///
 /// What comes next depends on the seed and on what runs have shown, and on nothing else.
 /// Thread safety: none. Real-time: no.
@@ -44,12 +45,14 @@ class ScenarioSearch {
   /// From where the climbing goes on.
   struct Place {
     Scenario scenario;
-    std::vector<Nanoseconds> phases;  // of all that is released
+    std::vector<Nanoseconds> phases;   // of all that is released
+    std::vector<Nanoseconds> moments;  // see SimulatedRun
   };
 
   Scenario just_missed();
   Scenario climb();
-  Nanoseconds other_phase(const std::vector<Nanoseconds>& phases, std::size_t of);
+  Nanoseconds other_phase(const Place& place, std::size_t of);
+  Nanoseconds any_step(Nanoseconds most);
 
   const std::uint64_t seed_;
   Draws draws_;

@@ -13,6 +13,7 @@
 #include "takt/entities/staged_outputs.hpp"
 #include "takt/entities/subscription.hpp"
 #include "takt/entities/task_runner.hpp"
+#include "takt/nodes/chain.hpp"
 
 namespace takt {
 namespace {
@@ -75,7 +76,10 @@ void SimulatedBodies::set_up(const ModelledProcess& process, const SystemModel& 
     Callback callback = described(from, model, i);
     if (!callback.runs) add_outputs(process, model, i, callback);
     callbacks_.emplace(from.entity.get(), std::move(callback));
+    for (const ChainStep& step : from.entity->chain_steps())
+      chains_[step.chain->options().name].paths.push_back(step.path);
   }
+  recent_.resize(kMostRecent);
 }
 
 SimulatedBodies::Callback SimulatedBodies::described(const ModelledProcess::Callback& callback,
@@ -176,7 +180,12 @@ void SimulatedBodies::execute(Entity& entity, Slot& slot) {
   ++executions_;
   const auto found = callbacks_.find(&entity);
   if (found == callbacks_.end()) return entity.execute(slot);  // of Takt itself
-  const Callback& callback = found->second;
+  const TimePoint begin = clock_.now();
+  run_body(found->second, entity, slot);
+  note_execution(entity, begin);
+}
+
+void SimulatedBodies::run_body(const Callback& callback, Entity& entity, Slot& slot) {
   if (!callback.is_known && unknown_.empty()) unknown_ = callback.name;
   if (const Nanoseconds time = time_of(callback); time != Nanoseconds::zero()) clock_.work(time);
   if (callback.waits != Nanoseconds::zero())
@@ -198,6 +207,33 @@ void SimulatedBodies::execute(Entity& entity, Slot& slot) {
     }
     for (std::int64_t i = 0; i < sent.messages; ++i) sent.publisher->publish();
   }
+}
+
+// ---- Where its chains were ----
+
+void SimulatedBodies::note_execution(const Entity& entity, TimePoint begin) {
+  const Dispatch* const dispatch = Dispatch::current();
+  if (dispatch == nullptr || entity.chain_steps().empty()) return;
+  const TimePoint end = clock_.now();
+  recent_[noted_++ % kMostRecent] = {dispatch->path, dispatch->root_release, begin, end};
+  for (const ChainStep& step : entity.chain_steps()) {
+    if (!step.is_last || step.path != dispatch->path) continue;
+    Instances& chain = chains_.at(step.chain->options().name);
+    if (end - dispatch->root_release <= chain.longest) continue;
+    chain.longest = end - dispatch->root_release;
+    chain.moments = {dispatch->root_release};
+    for (const Execution& other : recent_) {
+      if (other.root != dispatch->root_release ||
+          std::find(chain.paths.begin(), chain.paths.end(), other.path) == chain.paths.end())
+        continue;
+      chain.moments.insert(chain.moments.end(), {other.begin, other.end});
+    }
+  }
+}
+
+std::vector<TimePoint> SimulatedBodies::longest_instance(const std::string& chain) const {
+  const auto found = chains_.find(chain);
+  return found != chains_.end() ? found->second.moments : std::vector<TimePoint>();
 }
 
 }  // namespace takt

@@ -54,6 +54,8 @@ class SimulatedBodies final : public ExecutionModel {
   std::uint64_t executions() const noexcept { return executions_; }
   /// The first callback that ran without a known time; empty: none.
   const std::string& unknown() const noexcept { return unknown_; }
+  /// When the callbacks of the chain's longest instance began and ended, and its root was released.
+  std::vector<TimePoint> longest_instance(const std::string& chain) const;
   /// A publisher on the topic of the subscription.
   StandInPublisher& publisher_for(const Entity& subscription);
 
@@ -77,6 +79,18 @@ class SimulatedBodies final : public ExecutionModel {
     std::vector<Sent> sent;
   };
 
+  struct Execution {
+    std::uint64_t path = 0;
+    TimePoint root{}, begin{}, end{};
+  };
+  struct Instances {
+    std::vector<std::uint64_t> paths;  // of the chain's callbacks
+    Nanoseconds longest{0};
+    std::vector<TimePoint> moments;  // of that one
+  };
+
+  void run_body(const Callback& callback, Entity& entity, Slot& slot);
+  void note_execution(const Entity& entity, TimePoint begin);
   Callback described(const ModelledProcess::Callback& callback, const SystemModel& model,
                      std::size_t index) const;
   void add_outputs(const ModelledProcess& process, const SystemModel& model, std::size_t index,
@@ -91,7 +105,12 @@ class SimulatedBodies final : public ExecutionModel {
   std::unordered_map<const Entity*, Callback> callbacks_;
   std::map<std::pair<const Node*, std::string>, std::unique_ptr<StandInPublisher>> publishers_;
   std::map<std::pair<const Node*, std::string>, std::unique_ptr<Join>> joins_;
-  std::uint64_t executions_ = 0;
+  std::map<std::string, Instances> chains_;
+  // Limit: executions among which a simulation finds the callbacks of a chain's instance. At it:
+  // the search knows less of where it may be held up. Seen: nothing.
+  static constexpr std::size_t kMostRecent = 1024;
+  std::vector<Execution> recent_;  // a ring
+  std::uint64_t executions_ = 0, noted_ = 0;
   std::string unknown_;
 };
 

@@ -377,6 +377,11 @@ SimulatedRun Simulation::run(const Scenario& scenario) const {
   SimulatedRun run{.result = container.result(),
                    .executions = bodies.executions(),
                    .releases = std::move(releases)};
+  for (const ProcessResult::ChainResult& chain : run.result.chains) {
+    std::vector<Nanoseconds>& moments = run.moments.emplace_back();
+    for (const TimePoint moment : bodies.longest_instance(chain.name))
+      moments.push_back(between(later(kBegin, Nanoseconds(1)), moment));
+  }
   const auto numbers = set_virtual(run.result, use, options_.duration);
   const auto number_of = [&](const CpuModel::Thread* thread) {
     const auto found = numbers.find(thread);

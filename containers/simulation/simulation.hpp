@@ -31,6 +31,9 @@ struct SimulatedRun {
     Nanoseconds distance{0};  // to the next one, at least; or the duration
   };
   std::vector<Release> releases = {};
+  /// Of each chain in `result`: when, after the begin, its longest instance was released, and its
+  /// callbacks began and ended.
+  std::vector<std::vector<Nanoseconds>> moments = {};
   /// Which thread had which CPU when, if executions are traced. The numbers of threads are those in
   /// `result`; 0: none, or one that runs no callbacks.
   struct Change {

@@ -143,6 +143,31 @@ TEST(ScenarioSearch, ComesCloseToExactBounds) {
   EXPECT_GE(10 * close, 8 * systems);
 }
 
+// Beside scenarios that are drawn, as many as a person would try.
+TEST(ScenarioSearch, FindsWhatOthersFind) {
+  std::size_t chains = 0, less = 0, more = 0;
+  for (std::uint64_t seed = 1; seed <= testing::random_systems(6); ++seed) {
+    const Simulation simulation(random_one(seed),
+                                {.overrides = {}, .measured = {}, .duration = 1s});
+    std::map<std::string, Nanoseconds> drawn;
+    for (std::uint64_t run = 0; run < 60; ++run) {
+      Scenario scenario{.seed = 1000 + run};
+      if (run != 0) scenario.phases.clear();
+      if (run % 2 == 1) scenario.times = Scenario::Times::drawn;
+      for (const ProcessResult::ChainResult& chain : simulation.run(scenario).result.chains)
+        drawn[chain.name] = std::max(drawn[chain.name], chain.statistics.latency.max());
+    }
+    for (const Worst& worst : search(simulation, 200)) {
+      ++chains;
+      less += 100 * worst.latency < 95 * drawn.at(worst.chain);
+      more += 95 * worst.latency > 100 * drawn.at(worst.chain);
+    }
+  }
+  std::printf("of %zu chains, a search finds more for %zu, and less for %zu\n", chains, more, less);
+  EXPECT_LE(100 * less, chains);
+  EXPECT_GT(more, less);
+}
+
 TEST(ScenarioSearch, ASeedSaysWhatItFinds) {
   const SystemDescription system = random_one(6);
   const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 1s});
