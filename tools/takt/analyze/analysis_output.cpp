@@ -196,7 +196,7 @@ void print_witnesses(const AnalyzedFile& file) {
   if (!file.simulated) return;
   const SimulatedChains& simulated = *file.simulated;
   if (!simulated.why_not.empty()) rt::print("not simulated: {}\n", simulated.why_not);
-  for (const std::string& note : simulated.notes) rt::print("simulated: {}\n", note);
+  for (const std::string& note : simulated.notes) rt::print("of the simulation: {}\n", note);
   const std::string runs =
       fmt::format("{} of {}", counted(simulated.runs, "simulated run"), simulated.duration);
   for (std::size_t i = 0; i < file.model.chains.size(); ++i) {

@@ -1,6 +1,7 @@
 // Simulations beside an analysis.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -48,7 +49,7 @@ const SimulatedChains::Chain* SimulatedChains::find(std::string_view name) const
 }
 
 SimulatedChains simulate_chains(const SystemDescription& system, const AnalyzeOptions& options) {
-  const SimulatedFile file = simulated_file(system, options);
+  SimulatedFile file = simulated_file(system, options);
   SimulatedChains result{.runs = options.simulated_runs, .duration = file.duration};
   if (!options.nodes.is_null()) {
     result.why_not = "a program for rclcpp runs by itself";
@@ -61,6 +62,10 @@ SimulatedChains simulate_chains(const SystemDescription& system, const AnalyzeOp
   try {
     const Simulation simulation(system, options_of(system, file));
     result.notes = simulation.notes();
+    // Those of this machine, so that the command does the same on another one.
+    const std::vector<int>& cpus = simulation.system().machine.cpus;
+    if (system.machine.cpus.empty() && std::cmp_equal(cpus.back() + 1, cpus.size()))
+      file.cpus = cpus.size();
     for (std::uint64_t run = 0; run < result.runs; ++run) {
       const Scenario scenario = search.next();
       const SimulatedRun simulated = simulation.run(scenario);

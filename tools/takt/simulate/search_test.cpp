@@ -53,7 +53,7 @@ SystemDescription random_one(std::uint64_t seed) {
                               .cpus = {0, 1}};
   const std::string machine =
       "machine: {cpus: 2, rt_runtime: 950ms, exclusive: true, overheads: {dispatch: 5us, wake: "
-      "20us}}\n";
+      "20us, switch: 3us}}\n";
   return ConfigurationFile("system.yaml", yaml_file(random_system(options).document) + machine)
       .read();
 }

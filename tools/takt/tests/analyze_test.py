@@ -113,6 +113,10 @@ with tempfile.TemporaryDirectory() as folder:
     document = json.loads(run(late, "--simulate", "6", "--json", "-")[1])
     check("the JSON has it", document["chains"][0]["simulated_us"] == {"max": 11500.0, "scenario": witness[-1], "witness": shlex.join(["takt", *witness])} and
           document["simulated"] == {"runs": 6, "duration_us": 10e6, "why_not": None, "notes": []}, document)
+    anywhere = write("anywhere.yaml", stated.replace("cpus: [0], ", "") + ROBOT.replace("DEADLINE", "3ms").replace(", affinity: [0]", ""))
+    witness = json.loads(run(anywhere, "--simulate", "2", "--json", "-")[1])["chains"][0]["simulated_us"]["witness"]
+    first = os.cpu_count() == len(os.sched_getaffinity(0))
+    check("with the CPUs of this machine", (f"--cpus {os.cpu_count()} " in witness) or not first, witness)
     in_time = write("in_time.yaml", stated + ROBOT.replace("DEADLINE", "20ms").replace(ACCEPTED, ""))
     status, output, errors = run(in_time, "--simulate", "6", "--suggest", "off")
     check("none found", "sense is late in none of 6 simulated runs of 10s\n" in output, output, errors)
