@@ -109,6 +109,7 @@ void Simulation::take_machine() {
       cpus.assign(named.begin(), named.end());
     } else {
       cpus = available_cpus();
+      has_cpus_of_here_ = true;
       notes_.push_back(
           fmt::format("simulated on the CPUs of this machine, {}; `machine: cpus` "
                       "says others",

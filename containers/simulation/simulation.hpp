@@ -66,6 +66,8 @@ class Simulation {
   /// other thread has the CPU.
   Nanoseconds time_to_begin() const;
   const SystemDescription& system() const noexcept { return system_; }
+  /// Neither `machine:` nor the threads say which CPUs there are.
+  bool has_cpus_of_here() const noexcept { return has_cpus_of_here_; }
 
  private:
   void refuse_what_differs();
@@ -78,6 +80,7 @@ class Simulation {
   SimulationOptions options_;
   std::vector<std::string> bring_up_;  // lifecycle nodes
   std::vector<std::string> notes_;
+  bool has_cpus_of_here_ = false;
 };
 
 }  // namespace takt

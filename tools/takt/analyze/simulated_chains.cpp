@@ -62,9 +62,9 @@ SimulatedChains simulate_chains(const SystemDescription& system, const AnalyzeOp
   try {
     const Simulation simulation(system, options_of(system, file));
     result.notes = simulation.notes();
-    // Those of this machine, so that the command does the same on another one.
+    // So that the command does the same on another machine.
     const std::vector<int>& cpus = simulation.system().machine.cpus;
-    if (system.machine.cpus.empty() && std::cmp_equal(cpus.back() + 1, cpus.size()))
+    if (simulation.has_cpus_of_here() && std::cmp_equal(cpus.back() + 1, cpus.size()))
       file.cpus = cpus.size();
     for (std::uint64_t run = 0; run < result.runs; ++run) {
       const Scenario scenario = search.next();
