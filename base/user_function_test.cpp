@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/base/user_function.hpp"
 
+#include <array>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -9,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/realtime_scope.hpp"
 
 namespace takt::detail {
 namespace {
@@ -37,6 +40,35 @@ TEST(UserFunction, CanBeMovedUnderALock) {
     taken = std::move(function);
   }
   EXPECT_EQ(taken(5), 5);
+}
+
+TEST(UserFunction, HoldsWhatCannotBeCopied) {
+  Function function([owned = std::make_unique<int>(3)](int number) { return *owned + number; });
+  const Function taken = std::move(function);
+  EXPECT_EQ(taken(4), 7);
+}
+
+TEST(UserFunction, AllocatesOnlyForWhatIsLargerThanAFunction) {
+  if (!allocations_are_counted()) GTEST_SKIP() << "a sanitizer has taken malloc over";
+  const auto owned = std::make_shared<int>(3);
+  const std::array<int, 20> large{1, 2};
+  const RealtimeScope scope;
+  const Function small([owned, other = owned](int number) { return *owned + *other + number; });
+  EXPECT_EQ(scope.so_far().allocations, 0u);
+  Function far([large](int number) { return large[1] + number; });
+  EXPECT_EQ(scope.so_far().allocations, 1u);
+  const Function moved = std::move(far);
+  EXPECT_EQ(scope.so_far().allocations, 1u);
+  EXPECT_EQ(small(1), 7);
+  EXPECT_EQ(moved(1), 3);
+}
+
+TEST(UserFunction, OfAnEmptyFunctionIsEmpty) {
+  EXPECT_FALSE(Function(nullptr));
+  EXPECT_FALSE(Function(std::function<int(int)>()));
+  EXPECT_FALSE(Function(std::function<int(long)>()));
+  EXPECT_FALSE(Function(static_cast<int (*)(int)>(nullptr)));
+  EXPECT_THROW(Function()(1), std::bad_function_call);
 }
 
 #ifdef TAKT_CHECK_LOCKS

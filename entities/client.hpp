@@ -42,8 +42,9 @@ std::uint64_t new_client_id();
 /// see Task.
 ///
 /// Thread safety: every method from any thread.
-/// Real-time: a call with a callback that fits into std::function allocates nothing inside the
-/// process; the other form allocates its future. With services in other processes see Participant.
+/// Real-time: a call with a callback that is no larger than a std::function allocates nothing
+/// inside the process; the other form allocates its future. With services in other processes see
+/// Participant.
 template <ServiceType S>
 class Client : public SubscriptionBase, private EndpointEvents::Listener {
  public:
@@ -53,7 +54,7 @@ class Client : public SubscriptionBase, private EndpointEvents::Listener {
   /// nothing: no answer came in time, or no service could give one.
   using Answer = std::optional<typename S::Response>;
   /// nullptr: the same.
-  using AnswerCallback = std::function<void(const typename S::Response*)>;
+  using AnswerCallback = detail::UserFunction<void(const typename S::Response*)>;
 
   Client(const std::string& name, const std::shared_ptr<CallbackGroup>& group,
          const std::string& path, const std::string& node, Clock& clock,
@@ -84,8 +85,8 @@ class Client : public SubscriptionBase, private EndpointEvents::Listener {
   }
 
   /// The answer comes to the callback, which runs as this client's callback. It may be empty: then
-  /// the answer is dropped. Returns the call's number. Throws Error beyond
-  /// ClientOptions::calls_in_flight.
+  /// the answer is dropped. Returns the call's number; those in flight differ modulo
+  /// ClientOptions::calls_in_flight, beyond which it throws Error.
   std::int64_t async_send_request(const typename S::Request& request, AnswerCallback callback) {
     return send(request, std::move(callback));
   }
@@ -142,7 +143,7 @@ class Client : public SubscriptionBase, private EndpointEvents::Listener {
   }
 
  private:
-  using Pending = detail::PendingCalls<detail::UserFunction<void(const typename S::Response*)>>;
+  using Pending = detail::PendingCalls<AnswerCallback>;
   /// Of a call that may have to be repeated.
   struct Kept {
     std::int64_t sequence = 0;

@@ -13,6 +13,11 @@ std::size_t kept(const QoS& qos) noexcept {
   return qos.durability == Durability::transient_local ? qos.depth : 0;
 }
 
+// How many messages of the user's, or copies of them, can be in transit without the heap.
+std::size_t in_transit(const QoS& qos) noexcept {
+  return qos.depth + 16 + kept(qos);
+}
+
 }  // namespace
 
 PublisherBase::PublisherBase(const Endpoint& endpoint, Clock& clock, Nanoseconds expected_period,
@@ -23,8 +28,11 @@ PublisherBase::PublisherBase(const Endpoint& endpoint, Clock& clock, Nanoseconds
                   ? participant->create_writer(writer_.endpoint(), writer_.events())
                   : nullptr),
       expected_period_(expected_period),
-      wrappers_(Pool<OwnedBlock>::create(qos().depth + 16 + kept(qos()))),
-      loans_(make_loans(loans == 0 ? 0 : loans + kept(qos()), maker, prototype)),
+      wrappers_(Pool<OwnedBlock>::create(in_transit(qos()))),
+      has_loans_(loans != 0),
+      loans_(has_loans_ ? make_loans(loans + kept(qos()), maker, prototype)
+                        : make_loans_by_need(most_in_advance(in_transit(qos()), maker.layout.bytes),
+                                             maker)),
       prototype_(remote_ != nullptr && has_loans() ? make_loan(maker, prototype) : nullptr) {
 }
 

@@ -100,7 +100,7 @@ class PublisherBase {
     return remote_ == nullptr || remote_->wait_for_acks(timeout);
   }
   /// Whether it was made with loans.
-  bool has_loans() const noexcept { return loans_->capacity() != 0; }
+  bool has_loans() const noexcept { return has_loans_; }
   /// How often it had none to lend, as all were with receivers.
   std::uint64_t refused_loans() const noexcept { return writer_.refused_loans(); }
   /// In this process and in others.
@@ -168,14 +168,17 @@ class PublisherBase {
   const std::unique_ptr<RemoteWriter> remote_;
   const Nanoseconds expected_period_;
   const PoolPtr<OwnedBlock> wrappers_;
-  const PoolPtr<LoanedBlock> loans_;
+  const bool has_loans_;
+  const PoolPtr<LoanedBlock> loans_;              // or what copies are made in
   const std::unique_ptr<LoanedBlock> prototype_;  // of loans to others; nullptr: there are none
 };
 
 /// Thread safety: every method from any thread.
 /// Real-time: a loaned message is published without lock, allocation or copy. publish(unique_ptr)
 /// and publish(shared_ptr) add no allocation to the user's own while fewer than depth + 16 such
-/// messages are in transit. publish(const T&) copies: into a loan, or else to the heap. With
+/// messages are in transit. publish(const T&) copies: into a loan, or, where it was made without
+/// loans, into what a copy before it has left, with the memory of its strings and vectors; into
+/// the heap when all are in transit, which are depth + 16 or a mebibyte of them. With
 /// receivers in other processes it also encodes the message, or copies it into shared memory, and
 /// makes Cyclone DDS send it, see Participant. Only loans in shared memory are neither
 /// encoded nor copied.
@@ -204,6 +207,10 @@ class Publisher : public PublisherBase {
     return {block, false};
   }
 
+  /// What publish(const T&) copies into, to be written whole: it has the content of a message
+  /// before. The publisher may have no loans. Empty when all are in transit.
+  LoanedMessage<T> place_for_copy() noexcept { return {lend(), false}; }
+
   void publish(LoanedMessage<T>&& message) noexcept {
     const PublishTime now = stamp();
     if (!message) return;
@@ -222,7 +229,7 @@ class Publisher : public PublisherBase {
 
  private:
   void publish_copy(const T& message, const PublishTime& now) {
-    if (LoanedMessage<T> loan{lend(), false}) {
+    if (LoanedMessage<T> loan = place_for_copy()) {
       *loan = message;
       send(*std::exchange(loan.block_, nullptr), now);
     } else {

@@ -250,6 +250,23 @@ TEST_F(PublisherTest, CopiesAReferenceWithoutLoansToo) {
   EXPECT_THAT(ids_, ElementsAre(4));
 }
 
+TEST_F(PublisherTest, CopiesToWhereACopyBeforeItWas) {
+  if (!allocations_are_counted()) GTEST_SKIP() << kNotCounted;
+  ids_.reserve(100);
+  const auto scans = publisher();
+  const auto served = subscription();
+  const Scan scan{.ranges = std::vector<int>(50)};
+  const auto round = [&] {
+    for (int i = 0; i < 3; ++i) scans->publish(scan);  // so many are in transit
+    run_all(*served);
+  };
+  round();
+  const RealtimeScope scope;
+  for (int i = 0; i < 10; ++i) round();
+  EXPECT_EQ(scope.so_far().allocations, 0u);
+  EXPECT_EQ(ids_.size(), 33u);
+}
+
 TEST_F(PublisherTest, RefusesNullMessages) {
   const auto scans = publisher();
   const auto error = ThrowsMessage<Error>(HasSubstr("a null message was published on '/scan'"));

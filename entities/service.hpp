@@ -36,8 +36,8 @@ struct ServiceOptions {
   /// How many pending requests it keeps: a further one replaces the oldest, which is counted as
   /// dropped.
   std::size_t depth = kServiceDepth;
-  /// Responses that are allocated in advance; further ones come from the heap. For services that
-  /// allocate anyway: 0.
+  /// Responses that are made in advance; further ones come from the heap. 0: as many as the depth
+  /// says, made when they are needed.
   std::size_t loans = kServiceDepth;
   /// The full name of the node that has the service in ROS 2's graph; empty: the node that makes
   /// it. For a service that another node's executor serves.
@@ -100,7 +100,7 @@ class Service : public SubscriptionBase {
   Answer prepare(RequestId id) {
     static const typename S::Response kEmpty{};
     LoanedMessage<Response> lent =
-        responses_.has_loans() ? responses_.borrow_loaned_message() : LoanedMessage<Response>();
+        responses_.has_loans() ? responses_.borrow_loaned_message() : responses_.place_for_copy();
     Answer answer(std::move(lent), nullptr);
     if (!answer.lent_) answer.own_ = std::make_unique<Response>();
     answer->client = id.client;

@@ -3,7 +3,6 @@
 #ifndef TAKT_ENTITIES_SERVICE_MESSAGE_HPP_
 #define TAKT_ENTITIES_SERVICE_MESSAGE_HPP_
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -12,6 +11,7 @@
 #include "takt/base/visibility.hpp"
 #include "takt/messages/message_type.hpp"
 #include "takt/transport/dds/participant.hpp"
+#include "takt/transport/message_block.hpp"
 #include "takt/transport/qos.hpp"
 
 namespace TAKT_PUBLIC takt {
@@ -58,8 +58,7 @@ inline constexpr std::size_t kServiceDepth = 200;
 /// than a mebibyte of them, or four. Beyond that, they come from the heap.
 template <class T>
 constexpr std::size_t service_loans(std::size_t most) {
-  constexpr std::size_t kFit = (std::size_t{1} << 20) / sizeof(T);
-  return std::min(most, std::max<std::size_t>(kFit, 4));
+  return most_in_advance(most, sizeof(T));
 }
 
 /// What both ends of a service, or of a client, publish about it: a unique id, and the service's

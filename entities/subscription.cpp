@@ -1,58 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/entities/subscription.hpp"
 
-#include <array>
-
 #include "takt/base/logger.hpp"
 #include "takt/base/tracepoints.hpp"
 
 namespace takt {
 
-/// Memory for the control blocks of shared_ptrs: a fixed number of small cells; beyond that, the
-/// heap.
-/// Thread safety: allocators allocate and free from any thread.
-/// Real-time: a cell is lock-free; the heap is not.
-class SubscriptionBase::ControlBlocks {
- public:
-  static constexpr std::size_t kBytes = 64;
-  struct Cell : PoolNode<Cell> {
-    alignas(std::max_align_t) std::array<std::byte, kBytes> bytes;
-    bool from_heap = false;
-  };
-  explicit ControlBlocks(std::size_t count) : cells_(Pool<Cell>::create(count)) {}
-
-  template <class U>
-  struct Allocator {
-    using value_type = U;
-    Pool<Cell>* cells;
-    explicit Allocator(Pool<Cell>* pool) noexcept : cells(pool) {}
-    template <class V>
-    Allocator(const Allocator<V>& other) noexcept : cells(other.cells) {}  // NOLINT: rebinding
-    U* allocate(std::size_t count) {
-      static_assert(sizeof(U) <= kBytes);
-      Cell* cell = count == 1 ? cells->acquire() : nullptr;
-      if (cell == nullptr) {
-        cell = new Cell;
-        cell->from_heap = true;
-      }
-      return reinterpret_cast<U*>(cell->bytes.data());
-    }
-    void deallocate(U* memory, std::size_t) noexcept {
-      Cell* cell =
-          reinterpret_cast<Cell*>(reinterpret_cast<std::byte*>(memory) - offsetof(Cell, bytes));
-      if (cell->from_heap) {
-        delete cell;
-      } else {
-        Pool<Cell>::recycle(*cell);
-      }
-    }
-    friend bool operator==(const Allocator&, const Allocator&) = default;
-  };
-  Allocator<const void> allocator() const noexcept { return Allocator<const void>(cells_.get()); }
-
- private:
-  PoolPtr<Cell> cells_;
-};
+namespace {
+constexpr std::size_t kControlBlock = 64;  // bytes, of a shared_ptr with a deleter
+}  // namespace
 
 SubscriptionBase::SubscriptionBase(EntityKind kind, const std::string& name,
                                    const std::shared_ptr<CallbackGroup>& group,
@@ -63,11 +19,12 @@ SubscriptionBase::SubscriptionBase(EntityKind kind, const std::string& name,
       IntraProcessReader(endpoint),
       participant_(participant),
       maker_(memory.maker),
-      decoded_(participant != nullptr && memory.maker != nullptr
-                   ? make_loans_by_need(memory.decoded, *memory.maker)
-                   : nullptr),
-      control_blocks_(memory.shared != 0 ? std::make_unique<ControlBlocks>(memory.shared)
-                                         : nullptr) {
+      messages_(memory.copies || (participant != nullptr && memory.maker != nullptr)
+                    ? make_loans_by_need(memory.messages, *memory.maker)
+                    : nullptr),
+      control_blocks_(memory.shared != 0
+                          ? std::make_unique<const Cells>(memory.shared, kControlBlock)
+                          : nullptr) {
 }
 
 SubscriptionBase::~SubscriptionBase() = default;
@@ -135,7 +92,7 @@ std::uint64_t SubscriptionBase::lost() const noexcept {
 
 MessageBlock* SubscriptionBase::decode(std::span<const std::byte> bytes) noexcept {
   const MessageType& type = *endpoint().type;
-  if (LoanedBlock* loan = decoded_ != nullptr ? decoded_->acquire() : nullptr) {
+  if (LoanedBlock* loan = messages_ != nullptr ? messages_->acquire() : nullptr) {
     loan->set_references(1);
     if (type.decode(bytes, loan->message())) return loan;
     loan->release();

@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "takt/base/lockfree/cells.hpp"
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/lockfree/sequence.hpp"
 #include "takt/base/visibility.hpp"
@@ -30,8 +31,9 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   /// The memory of what callbacks hold; beyond it, they allocate.
   struct Memory {
     const MessageMaker* maker = nullptr;
-    std::size_t decoded = 0;  // messages from other processes
-    std::size_t shared = 0;   // shared_ptrs that `share` makes
+    std::size_t messages = 0;  // decoded ones from other processes, and copies
+    std::size_t shared = 0;    // shared_ptrs that `share` makes
+    bool copies = false;
   };
   /// `participant`: receives from other processes too; may be nullptr.
   SubscriptionBase(EntityKind kind, const std::string& name,
@@ -70,6 +72,8 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   }
   /// The message as a shared_ptr, which takes the caller's hold of it over.
   std::shared_ptr<const void> share(MessageBlock& message);
+  /// One to be filled in for a callback; nullptr: all are out.
+  LoanedBlock* place_for_copy() noexcept { return messages_->acquire(); }
   /// For a taker that may take again, after it might not.
   void announce_if_ready() noexcept;
 
@@ -95,10 +99,9 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   std::unique_ptr<RemoteReader> own_remote_;
   std::atomic<const RemoteReader*> remote_{nullptr};  // the same, for other threads
   std::atomic<std::uint64_t> malformed_{0};
-  class ControlBlocks;
   const MessageMaker* const maker_;
-  const PoolPtr<LoanedBlock> decoded_;
-  const std::unique_ptr<ControlBlocks> control_blocks_;
+  const PoolPtr<LoanedBlock> messages_;  // nullptr: there is nothing to make
+  const std::unique_ptr<const Cells> control_blocks_;
 };
 
 /// Information about a message, as an optional second argument of callbacks.
@@ -127,12 +130,12 @@ class Subscription : public SubscriptionBase {
  public:
   using SharedPtr = std::shared_ptr<Subscription>;
 
-  /// `decoded` and `shared` as in SubscriptionBase::Memory.
+  /// The rest as in SubscriptionBase::Memory.
   Subscription(const std::string& name, const std::shared_ptr<CallbackGroup>& group,
                const Endpoint& endpoint, const std::shared_ptr<Participant>& participant,
-               std::size_t decoded, std::size_t shared = 0)
+               std::size_t messages, std::size_t shared = 0, bool copies = false)
       : SubscriptionBase(EntityKind::subscription, name, group, endpoint, participant,
-                         {&kMakerOf<T>, decoded, shared}) {}
+                         {&kMakerOf<T>, messages, shared, copies}) {}
   using SubscriptionBase::take;
 
   /// Takes the oldest message by copy, without an executor (WaitSet). False when there is none.
@@ -157,8 +160,11 @@ const MessageInfo& > || std::invocable<F&, std::unique_ptr<T>, const MessageInfo
 /// A subscription with its callback. A callback that takes
 /// - `const T&` reads the message; it never costs an allocation or a copy;
 /// - `std::shared_ptr<const T>` may keep it; no allocation while it keeps at most depth + 16;
+/// - `std::shared_ptr<T>` may also change it: it is the message itself when it came to this
+///   subscription alone (or last) by unique_ptr, by copy, or from another process, else a copy; no
+///   allocation while it keeps at most depth + 16, but for strings and vectors that grow;
 /// - `std::unique_ptr<T>` owns it: moved out when it came by unique_ptr to this subscription
-///   alone (or last), else copied to the heap.
+///   alone (or last), else moved or copied to the heap.
 /// Thread safety and real-time: as Subscription, with the allocations named above.
 template <Message T, SubscriptionCallback<T> F>
 class CallbackSubscription : public Subscription<T> {
@@ -168,9 +174,14 @@ class CallbackSubscription : public Subscription<T> {
   static constexpr bool kShares =
       !kLooks && (std::invocable<F&, const std::shared_ptr<const T>&> ||
                   std::invocable<F&, const std::shared_ptr<const T>&, const MessageInfo&>);
-  using Argument =
-      std::conditional_t<kLooks, const T&,
-                         std::conditional_t<kShares, std::shared_ptr<const T>, std::unique_ptr<T>>>;
+  static constexpr bool kChanges =
+      !kLooks && !kShares &&
+      (std::invocable<F&, const std::shared_ptr<T>&> ||
+       std::invocable<F&, const std::shared_ptr<T>&, const MessageInfo&>);
+  using Argument = std::conditional_t<
+      kLooks, const T&,
+      std::conditional_t<kShares, std::shared_ptr<const T>,
+                         std::conditional_t<kChanges, std::shared_ptr<T>, std::unique_ptr<T>>>>;
 
  public:
   static constexpr bool kIsTask =
@@ -180,10 +191,10 @@ class CallbackSubscription : public Subscription<T> {
                        const Endpoint& endpoint, F callback,
                        const std::shared_ptr<Participant>& participant = nullptr)
       : Subscription<T>(name, group, endpoint, participant,
-                        kLooks    ? 4
-                        : kShares ? endpoint.qos.depth + 16
-                                  : 0,
-                        kShares ? endpoint.qos.depth + 16 : 0),
+                        kLooks                ? 4
+                        : kShares || kChanges ? endpoint.qos.depth + 16
+                                              : 0,
+                        kShares || kChanges ? endpoint.qos.depth + 16 : 0, kChanges),
         callback_(std::move(callback)) {}
   using Subscription<T>::take;
 
@@ -197,6 +208,8 @@ class CallbackSubscription : public Subscription<T> {
       call(*static_cast<const T*>(block.payload()), info);
     } else if constexpr (kShares) {
       call(std::static_pointer_cast<const T>(this->share(block)), info);
+    } else if constexpr (kChanges) {
+      call(changeable(block), info);
     } else {
       call(own(block), info);
     }
@@ -211,6 +224,8 @@ class CallbackSubscription : public Subscription<T> {
       return look(TakenMessage<T>(&block, static_cast<const T*>(block.payload())), info);
     } else if constexpr (kShares) {
       return pass(std::static_pointer_cast<const T>(this->share(block)), info);
+    } else if constexpr (kChanges) {
+      return pass(changeable(block), info);
     } else {
       return pass(own(block), info);
     }
@@ -236,7 +251,22 @@ class CallbackSubscription : public Subscription<T> {
   std::unique_ptr<T> own(MessageBlock& block) {
     const Hold hold{block};
     if (void* message = block.steal()) return std::unique_ptr<T>(static_cast<T*>(message));
-    return std::make_unique<T>(*static_cast<const T*>(block.payload()));
+    const T& message = *static_cast<const T*>(block.payload());
+    if (block.may_change()) return std::make_unique<T>(std::move(const_cast<T&>(message)));
+    return std::make_unique<T>(message);
+  }
+  std::shared_ptr<T> changeable(MessageBlock& block) {
+    HeldMessage held(&block);
+    if (!block.may_change()) {
+      const T& message = *static_cast<const T*>(block.payload());
+      LoanedBlock* const place = this->place_for_copy();
+      if (place == nullptr) return std::make_shared<T>(message);
+      place->set_references(1);
+      HeldMessage copy(place);
+      *static_cast<T*>(place->message()) = message;
+      held.swap(copy);
+    }
+    return std::static_pointer_cast<T>(std::const_pointer_cast<void>(this->share(*held.release())));
   }
 
   F callback_;

@@ -180,7 +180,13 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
   void publish_feedback(const GoalId& id, const typename A::Feedback& feedback) {
     // Without the lock, for what it sends may replace, and so destroy, a message of the user.
     if (const auto publisher = feedback_publisher()) {
-      publisher->publish(FeedbackMessage<A>{id, feedback});
+      if (auto message = publisher->place_for_copy()) {
+        message->goal_id = id;
+        message->feedback = feedback;
+        publisher->publish(std::move(message));
+      } else {
+        publisher->publish(FeedbackMessage<A>{id, feedback});
+      }
     }
   }
 

@@ -54,7 +54,9 @@ std::unique_ptr<LoanedBlock> make_loan(const MessageMaker& maker, const void* pr
 }
 
 PoolPtr<LoanedBlock> make_loans_by_need(std::size_t count, const MessageMaker& maker) {
-  const auto make = [&maker](void* place, std::uint32_t) { maker.loan(place, nullptr); };
+  const auto make = [&maker](void* place, std::uint32_t) {
+    maker.loan(place, nullptr)->is_filled_anew = true;
+  };
   return PoolPtr<LoanedBlock>(Pool<LoanedBlock>::create(count, make, /*at_once=*/0, maker.layout));
 }
 

@@ -3,8 +3,10 @@
 #ifndef TAKT_TRANSPORT_MESSAGE_BLOCK_HPP_
 #define TAKT_TRANSPORT_MESSAGE_BLOCK_HPP_
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -104,6 +106,10 @@ class alignas(64) MessageBlock {
   void* steal() noexcept {
     return references_.load(std::memory_order_acquire) == 1 ? give_away() : nullptr;
   }
+  /// Whether the caller is its only holder, and may change it or move from it.
+  bool may_change() const noexcept {
+    return references_.load(std::memory_order_acquire) == 1 && is_nobody_elses();
+  }
   /// The payload as the publisher's shared_ptr, if it was published as one.
   virtual const std::shared_ptr<const void>* shared() const noexcept { return nullptr; }
 
@@ -112,6 +118,8 @@ class alignas(64) MessageBlock {
   ~MessageBlock() = default;
   virtual void recycle() noexcept = 0;
   virtual void* give_away() noexcept { return nullptr; }
+  /// Whether no code but its receivers' relies on its content.
+  virtual bool is_nobody_elses() const noexcept { return false; }
 
   const void* payload_ = nullptr;
 
@@ -167,9 +175,13 @@ class LoanedBlock : public MessageBlock, public PoolNode<LoanedBlock> {
   virtual ~LoanedBlock() = default;
   // The loan is not const, but receivers must not write to the message.
   void* message() noexcept { return const_cast<void*>(payload_); }
+  /// Each time it is lent, all of it is written. Otherwise it keeps what its publisher wrote
+  /// before.
+  bool is_filled_anew = false;
 
  private:
   void recycle() noexcept override;
+  bool is_nobody_elses() const noexcept override { return is_filled_anew; }
 };
 
 /// The loan with its message, which is all that depends on the type.
@@ -209,6 +221,7 @@ class OwnedBlock final : public MessageBlock, public PoolNode<OwnedBlock> {
  private:
   void recycle() noexcept override;
   void* give_away() noexcept override { return std::exchange(owned_, nullptr); }
+  bool is_nobody_elses() const noexcept override { return owned_ != nullptr; }
   void free_owned() noexcept {
     if (owned_ != nullptr) free_(std::exchange(owned_, nullptr));
   }
@@ -239,12 +252,17 @@ inline constexpr MessageMaker kMakerOf = {{sizeof(LoanOf<T>), alignof(LoanOf<T>)
                                             return address;
                                           }};
 
+/// How many of these the memory is set aside for: no more than a mebibyte, or four.
+constexpr std::size_t most_in_advance(std::size_t wanted, std::size_t bytes_each) noexcept {
+  return std::min(wanted, std::max<std::size_t>((std::size_t{1} << 20) / bytes_each, 4));
+}
+
 /// So many loans, each as `prototype`, all made at once.
 PoolPtr<LoanedBlock> make_loans(std::size_t count, const MessageMaker& maker,
                                 const void* prototype = nullptr);
 /// One of no pool.
 std::unique_ptr<LoanedBlock> make_loan(const MessageMaker& maker, const void* prototype);
-/// So many of T{}, as they are needed.
+/// So many of T{}, as they are needed, for those that write all of a message.
 PoolPtr<LoanedBlock> make_loans_by_need(std::size_t count, const MessageMaker& maker);
 
 }  // namespace takt

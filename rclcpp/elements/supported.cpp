@@ -135,7 +135,7 @@ std::size_t publishers(Node& node) {
   if (base->get_topic_name() != nullptr) base->assert_liveliness();
   return count;
 }
-// Row: `borrow_loaned_message`, `LoanedMessage` | from the heap
+// Row: `borrow_loaned_message`, `LoanedMessage` | not in shared memory; from a pool
 void loans(Publisher<String>& publisher) {
   LoanedMessage<String> loan = publisher.borrow_loaned_message();
   loan.get().data = "text";

@@ -314,8 +314,8 @@ WAIT_SETS = ("executors_test", "{bin}/executors_test", "--gtest_filter=WaitSet.*
 ACTIONS = ("ros2_test", "{bin}/ros2_test", "--gtest_filter=ActionClientTest.*")
 GATES = ("nodes_test", "{bin}/nodes_test", "--gtest_filter=CallbackGate.*:NodeListeners.*")
 DEFECTS = {
-    "pruning forgets newer requests": ("rclcpp/include/rclcpp/client.hpp", "‹sent_.erase(first, sent_.end());›",
-                                       "sent_.clear();", [SEQUENCES, LAYER]),
+    "pruning forgets newer requests": ("rclcpp/include/rclcpp/client.hpp", "«is_meant(time)»", "true",
+                                       [SEQUENCES, LAYER]),
     "a removed callback is called": ("entities/callback_list.cpp", "‹if ((state & kRemoved) != 0) return false;›", "",
                                      [SEQUENCES, LISTS, LAYER]),
     "a removal waits for no call": ("entities/callback_list.cpp", "«wait.is_for_itself() || is_gone()»", "true",

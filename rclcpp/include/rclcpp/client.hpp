@@ -11,9 +11,12 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "takt/base/lockfree/cells.hpp"
+#include "takt/base/pi_mutex.hpp"
 #include "takt/entities/client.hpp"
 
 #include "rclcpp/detail/refused.hpp"
@@ -61,7 +64,9 @@ struct FutureAndRequestId {
 };
 }  // namespace detail
 
-/// Thread safety: every method from any thread. Real-time: each call allocates its future.
+/// Thread safety: every method from any thread. Real-time: the futures and responses of 16 calls at
+/// a time come from a pool, without strings and sequences of theirs; a call waits for no lock
+/// without priority inheritance. A callback that is larger than a pointer is allocated.
 class ClientBase : public detail::ServiceIntrospection {
  public:
   RCLCPP_SMART_PTR_ALIASES_ONLY(ClientBase)
@@ -142,40 +147,28 @@ class Client : public ClientBase {
   bool service_is_ready() const override { return typed()->service_is_ready(); }
 
   FutureAndRequestId async_send_request(SharedRequest request) {
-    auto promise = std::make_shared<Promise>();
-    Future future = promise->get_future();
-    const std::int64_t id =
-        send(*request, [promise](SharedResponse response) { promise->set_value(response); });
-    return FutureAndRequestId(std::move(future), id);
+    auto call = begin<SharedResponse>();
+    Future future = call->promise.get_future();
+    return FutureAndRequestId(std::move(future), send(*request, std::move(call)));
   }
   /// The callback gets a future that is ready.
   template <class F>
   requires std::invocable<F&, SharedFuture> SharedFutureAndRequestId
   async_send_request(SharedRequest request, F&& callback) {
-    auto promise = std::make_shared<Promise>();
-    SharedFuture future = promise->get_future().share();
-    const std::int64_t id =
-        send(*request, [promise, future, callback = CallbackType(std::forward<F>(callback))](
-                           SharedResponse response) {
-          promise->set_value(std::move(response));
-          callback(future);
-        });
-    return SharedFutureAndRequestId(std::move(future), id);
+    auto call = begin<SharedResponse>();
+    SharedFuture future = call->future = call->promise.get_future().share();
+    call->callback = std::forward<F>(callback);
+    return SharedFutureAndRequestId(std::move(future), send(*request, std::move(call)));
   }
   template <class F>
   requires(std::invocable<F&, SharedFutureWithRequest> &&
            !std::invocable<F&, SharedFuture>) SharedFutureWithRequestAndRequestId
       async_send_request(SharedRequest request, F&& callback) {
-    auto promise = std::make_shared<PromiseWithRequest>();
-    SharedFutureWithRequest future = promise->get_future().share();
-    const std::int64_t id = send(
-        *request,
-        [request, promise, future,
-         callback = CallbackWithRequestType(std::forward<F>(callback))](SharedResponse response) {
-          promise->set_value({request, std::move(response)});
-          callback(future);
-        });
-    return SharedFutureWithRequestAndRequestId(std::move(future), id);
+    auto call = begin<std::pair<SharedRequest, SharedResponse>>();
+    SharedFutureWithRequest future = call->future = call->promise.get_future().share();
+    call->callback = std::forward<F>(callback);
+    call->request = request;
+    return SharedFutureWithRequestAndRequestId(std::move(future), send(*request, std::move(call)));
   }
 
   /// Its answer is dropped. Whether it was pending.
@@ -204,45 +197,72 @@ class Client : public ClientBase {
                                                       std::move(group))) {}
   takt::Client<S>* typed() const { return static_cast<takt::Client<S>*>(takt_.get()); }
 
-  template <class F>
-  std::int64_t send(const Request& request, F end) {
+  /// That waits for its answer. It and what it makes lie in cells.
+  template <class Value>
+  struct Call {
+    explicit Call(std::shared_ptr<const takt::Cells> from) : cells(std::move(from)) {}
+    void end(const Response& received) {
+      auto response = std::allocate_shared<Response>(cells->allocator(), received);
+      if constexpr (std::is_same_v<Value, SharedResponse>) {
+        promise.set_value(std::move(response));
+      } else {
+        promise.set_value({std::move(request), std::move(response)});
+      }
+      if (callback) callback(future);
+    }
+
+    const std::shared_ptr<const takt::Cells> cells;
+    std::promise<Value> promise{std::allocator_arg, cells->allocator()};
+    SharedRequest request;             // for a value that has it
+    std::shared_future<Value> future;  // for the callback
+    std::function<void(std::shared_future<Value>)> callback;
+  };
+  template <class Value>
+  std::shared_ptr<Call<Value>> begin() const {
+    return std::allocate_shared<Call<Value>>(cells_->allocator(), cells_);
+  }
+  template <class Value>
+  std::int64_t send(const Request& request, std::shared_ptr<Call<Value>> call) {
     const auto now = std::chrono::system_clock::now();
-    const std::int64_t id = typed()->async_send_request(
-        request, [end = std::move(end)](const Response* response) mutable {
-          if (response != nullptr) end(std::make_shared<Response>(*response));
+    const std::int64_t id =
+        typed()->async_send_request(request, [call = std::move(call)](const Response* response) {
+          if (response != nullptr) call->end(*response);
         });
     const std::lock_guard lock(mutex_);
-    if (sent_.size() >= kMostRequests) {
-      std::erase_if(sent_, [this](const auto& known) { return !typed()->is_pending(known.first); });
-    }
-    sent_.emplace_back(id, now);
+    Sent& place = sent_[static_cast<std::uint64_t>(id) % kMostRequests];
+    if (place.id < id) place = {id, now};  // else this call has ended, and another one is there
     return id;
   }
-  using Sent = std::vector<std::pair<std::int64_t, std::chrono::system_clock::time_point>>;
   template <class Condition>
   std::size_t prune(Condition&& is_meant, std::vector<std::int64_t>* pruned) {
-    Sent meant;
-    {
-      const std::lock_guard lock(mutex_);
-      const auto first = std::stable_partition(
-          sent_.begin(), sent_.end(), [&](const auto& known) { return !is_meant(known.second); });
-      meant.assign(first, sent_.end());
-      sent_.erase(first, sent_.end());
+    std::vector<std::int64_t> ended;
+    for (const Sent& place : sent_) {
+      mutex_.lock();
+      const auto [id, time] = place;
+      mutex_.unlock();
+      // Unless it was answered.
+      if (is_meant(time) && remove_pending_request(id)) ended.push_back(id);
     }
-    std::size_t count = 0;
-    for (const auto& [id, sent] : meant) {
-      if (!remove_pending_request(id)) continue;  // it was answered
-      if (pruned != nullptr) pruned->push_back(id);
-      ++count;
-    }
-    return count;
+    std::sort(ended.begin(), ended.end());  // as they were sent
+    if (pruned != nullptr) pruned->insert(pruned->end(), ended.begin(), ended.end());
+    return ended.size();
   }
 
   // Limit: requests of a client of rclcpp that wait for a response. At it: the next one throws.
   // Seen: the exception.
   static constexpr std::size_t kMostRequests = 1000;
-  std::mutex mutex_;
-  Sent sent_;  // guarded by it; with some that are not pending any more
+  // Limit: calls whose futures and responses lie in cells. At it: those of further ones come from
+  // the heap. Seen: `takt run --allocations`.
+  static constexpr std::size_t kMostInCells = 16;
+  const std::shared_ptr<const takt::Cells> cells_ = std::make_shared<takt::Cells>(
+      4 * kMostInCells,  // the call, two for its promise, the response
+      std::max(sizeof(Call<std::pair<SharedRequest, SharedResponse>>), sizeof(Response)) + 64);
+  struct Sent {
+    std::int64_t id = 0;
+    std::chrono::system_clock::time_point time{};
+  };
+  takt::PiMutex mutex_;
+  std::vector<Sent> sent_ = std::vector<Sent>(kMostRequests);  // guarded by it, by place
 };
 
 }  // namespace rclcpp

@@ -117,20 +117,22 @@ class Publisher : public PublisherBase {
     typed_->publish(std::move(message));
   }
   void publish(const SerializedMessage& message) {
-    auto decoded = std::make_unique<ROSMessageType>();
-    if (!takt::message_type<ROSMessageType>().decode(message.bytes(), decoded.get())) {
+    auto decoded = borrow_loaned_message();
+    if (!takt::message_type<ROSMessageType>().decode(message.bytes(), &decoded.get())) {
       exceptions::throw_from_rcl_error(RCL_RET_ERROR, "failed to publish serialized message");
     }
-    typed_->publish(std::move(decoded));
+    decoded.publish_with(*typed_);
   }
   void publish(const rcl_serialized_message_t& message) {
     publish(SerializedMessage(std::as_bytes(std::span(message.buffer, message.buffer_length))));
   }
   virtual void publish(LoanedMessage<ROSMessageType, Allocator>&& loan) {
     if (!loan.is_valid()) throw std::runtime_error("loaned message is not valid");
-    typed_->publish(loan.release());
+    loan.publish_with(*typed_);
   }
-  LoanedMessage<ROSMessageType, Allocator> borrow_loaned_message() { return {}; }
+  LoanedMessage<ROSMessageType, Allocator> borrow_loaned_message() {
+    return LoanedMessage<ROSMessageType, Allocator>(typed_->place_for_copy());
+  }
 
  private:
   Publisher(node_interfaces::NodeBaseInterface& node, const std::string& topic, const QoS& qos,
@@ -144,9 +146,9 @@ class Publisher : public PublisherBase {
                                     options.callback_group)) {}
 
   void publish_adapted(const PublishedType& custom) {
-    auto message = std::make_unique<ROSMessageType>();
-    Types::Adapter::convert_to_ros_message(custom, *message);
-    typed_->publish(std::move(message));
+    auto message = borrow_loaned_message();
+    Types::Adapter::convert_to_ros_message(custom, message.get());
+    message.publish_with(*typed_);
   }
 
   takt::Publisher<ROSMessageType>* const typed_;

@@ -146,6 +146,8 @@ class Subscription : public SubscriptionBase {
         with(std::as_const(*message));
       } else if constexpr (detail::kShares<F, ROSMessageType>) {
         with(std::shared_ptr<const ROSMessageType>(std::move(message)));
+      } else if constexpr (detail::kChanges<F, ROSMessageType>) {
+        with(std::make_shared<ROSMessageType>(*message));
       } else if constexpr (detail::kOwns<F, ROSMessageType>) {
         with(std::make_unique<ROSMessageType>(*message));
       } else {

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "takt/base/guarded.hpp"
+#include "takt/base/lockfree/cells.hpp"
 #include "takt/ros2/action_client.hpp"
 
 #include "rclcpp/create_publisher.hpp"
@@ -111,7 +112,8 @@ class ClientBase {
   const rclcpp::Context::SharedPtr context_;
 };
 
-/// Thread safety and real-time: as takt::ActionClient; futures allocate.
+/// Thread safety and real-time: as takt::ActionClient; futures allocate. Feedback comes from a
+/// pool, without strings and sequences of its own.
 template <class A>
 class Client : public ClientBase {
  public:
@@ -177,11 +179,12 @@ class Client : public ClientBase {
       if (failure != nullptr) std::rethrow_exception(failure);
     };
     if (options.feedback_callback) {
-      callbacks.feedback = [known, callback = options.feedback_callback](
+      callbacks.feedback = [known, cells = cells_, callback = options.feedback_callback](
                                const std::shared_ptr<takt::ClientGoalHandle>&,
                                const typename A::Feedback& feedback) {
         if (auto handle = known->lock()->lock()) {
-          callback(std::move(handle), std::make_shared<const typename A::Feedback>(feedback));
+          callback(std::move(handle),
+                   std::allocate_shared<typename A::Feedback>(cells->allocator(), feedback));
         }
       };
     }
@@ -254,6 +257,11 @@ class Client : public ClientBase {
     return future;
   }
 
+  // Limit: messages of feedback that lie in cells. At it: further ones come from the heap. Seen:
+  // `takt run --allocations`.
+  static constexpr std::size_t kMostInCells = 16;
+  const std::shared_ptr<const takt::Cells> cells_ =
+      std::make_shared<takt::Cells>(kMostInCells, sizeof(typename A::Feedback) + 64);
   const std::shared_ptr<takt::ActionClient<A>> takt_;
 };
 

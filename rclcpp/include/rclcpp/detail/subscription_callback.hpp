@@ -18,18 +18,20 @@ template <class F, class Argument>
 inline constexpr bool kTakes =
     std::invocable<F&, Argument> || std::invocable<F&, Argument, const MessageInfo&>;
 
-// In this order: what takes a `const M&` converts nothing; what takes a shared_ptr to const also
-// takes a unique_ptr; and a shared_ptr to what may be changed is made of one's own message.
-// std::bind ignores arguments that it has no placeholder for, so the form without MessageInfo comes
-// first.
+// In this order: what takes a `const M&` converts nothing; and what takes a shared_ptr, to const or
+// to what may be changed, also takes a unique_ptr. std::bind ignores arguments that it has no
+// placeholder for, so the form without MessageInfo comes first.
 template <class F, class M>
 inline constexpr bool kLooks = kTakes<F, const M&>;
 template <class F, class M>
 inline constexpr bool kShares = !kLooks<F, M> && kTakes<F, std::shared_ptr<const M>>;
 template <class F, class M>
-inline constexpr bool kOwns = !kLooks<F, M> && !kShares<F, M> && kTakes<F, std::unique_ptr<M>>;
+inline constexpr bool kChanges = !kLooks<F, M> && !kShares<F, M> && kTakes<F, std::shared_ptr<M>>;
 template <class F, class M>
-inline constexpr bool kHasForm = kLooks<F, M> || kShares<F, M> || kOwns<F, M>;
+inline constexpr bool kOwns =
+    !kLooks<F, M> && !kShares<F, M> && !kChanges<F, M> && kTakes<F, std::unique_ptr<M>>;
+template <class F, class M>
+inline constexpr bool kHasForm = kLooks<F, M> || kShares<F, M> || kChanges<F, M> || kOwns<F, M>;
 template <class F>
 inline constexpr bool kTakesBytes =
     kTakes<F, std::shared_ptr<SerializedMessage>> ||
@@ -58,6 +60,11 @@ auto takt_callback(F callback) {
     return [callback = std::move(callback)](std::shared_ptr<const M> message,
                                             const takt::MessageInfo& info) mutable {
       call<F, std::shared_ptr<const M>>(callback, std::move(message), info);
+    };
+  } else if constexpr (kChanges<F, M>) {
+    return [callback = std::move(callback)](std::shared_ptr<M> message,
+                                            const takt::MessageInfo& info) mutable {
+      call<F, std::shared_ptr<M>>(callback, std::move(message), info);
     };
   } else {
     static_assert(kOwns<F, M>,
