@@ -1,5 +1,6 @@
-// Linked into programs that want their allocations counted (tests, benches, takt): takes the
-// place of malloc, counts, and calls the C library's.
+// Linked into programs that want their allocations counted (tests, benches, takt), and the library
+// libtakt_allocations, which `takt run --allocations` preloads: takes the place of malloc, counts,
+// and calls the C library's. So does free, as the program may have another heap.
 // SPDX-License-Identifier: Apache-2.0
 #include <cerrno>
 #include <cstddef>
@@ -9,36 +10,51 @@
 // The sanitizers bring a malloc of their own; then allocations_are_counted() says false.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
+namespace takt {
+// Weak: a program that a program starts may have no libtakt.
+[[gnu::weak]] void count_allocation() noexcept;
+}  // namespace takt
+
+namespace {
+void count_one() noexcept {
+  if (takt::count_allocation != nullptr) takt::count_allocation();
+}
+}  // namespace
+
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);
 void* __libc_realloc(void*, std::size_t);
 void* __libc_memalign(std::size_t, std::size_t);
+void __libc_free(void*);
 
 void* malloc(std::size_t size) {
-  takt::count_allocation();
+  count_one();
   return __libc_malloc(size);
 }
 void* calloc(std::size_t count, std::size_t size) {
-  takt::count_allocation();
+  count_one();
   return __libc_calloc(count, size);
 }
 void* realloc(void* block, std::size_t size) {
-  takt::count_allocation();
+  count_one();
   return __libc_realloc(block, size);
 }
 void* memalign(std::size_t alignment, std::size_t size) {
-  takt::count_allocation();
+  count_one();
   return __libc_memalign(alignment, size);
 }
 void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  takt::count_allocation();
+  count_one();
   return __libc_memalign(alignment, size);
 }
 int posix_memalign(void** block, std::size_t alignment, std::size_t size) {
-  takt::count_allocation();
+  count_one();
   *block = __libc_memalign(alignment, size);
   return *block == nullptr ? ENOMEM : 0;
+}
+void free(void* block) {
+  __libc_free(block);
 }
 }
 

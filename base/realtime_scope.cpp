@@ -19,6 +19,10 @@ void count_allocation() noexcept {
   ++(in_foreign_code ? foreign_of_thread : allocations_of_thread);
 }
 
+std::uint64_t allocations_of_this_thread() noexcept {
+  return allocations_of_thread;
+}
+
 ForeignCode::ForeignCode() noexcept : outer_(std::exchange(in_foreign_code, true)) {
 }
 ForeignCode::~ForeignCode() {

@@ -39,8 +39,8 @@ struct ThreadCounters {
   static ThreadCounters now() noexcept;
 };
 
-/// Whether this program counts its allocations: it links `takt::allocation_counter`, and no
-/// sanitizer has taken malloc over.
+/// Whether this program counts its allocations: it links `takt::allocation_counter`, or was started
+/// with libtakt_allocations.so preloaded, and no sanitizer has taken malloc over.
 bool allocations_are_counted() noexcept;
 
 /// The counters of the calling thread since the object was made.
@@ -69,6 +69,9 @@ class ForeignCode {
  private:
   const bool outer_;
 };
+
+/// So far, of the calling thread, without those inside ForeignCode. Real-time: nothing blocks.
+std::uint64_t allocations_of_this_thread() noexcept;
 
 /// For allocation_counter.cpp only: the calling thread allocated once more.
 void count_allocation() noexcept;

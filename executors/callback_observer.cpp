@@ -260,6 +260,7 @@ struct CallbackObserver::Thread::State {
   RealtimeScope scope = {};
   Nanoseconds cpu_time = thread_cpu_time();
   TimePoint begin = Clock::steady().now();
+  std::uint64_t allocations = allocations_of_this_thread();  // up to the end of its last callback
 
   void execute(Callback& callback, Slot& slot, TimePoint picked);
 };
@@ -360,6 +361,8 @@ void CallbackObserver::Thread::State::execute(Callback& callback, Slot& slot, Ti
       exception = std::current_exception();
     }
     times.end = options.clock->now();
+    const std::uint64_t all = allocations_of_this_thread();
+    times.allocations = all - std::exchange(allocations, all);
     if (times.is_traced) times.used = detail::ThreadUsage::now() - before;
     try {
       if (is_checked) callback.check_limits(observer.lock, index, slot, dispatch, times);

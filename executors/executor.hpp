@@ -164,6 +164,7 @@ struct CallbackCounts {
   std::uint64_t received = 0, expected = 0, from_outside = 0, dropped = 0, dropped_by_mode = 0;
   std::optional<std::uint64_t> late, too_late;  // nullopt: no publisher's period is known
   std::uint64_t deadline_misses = 0, overruns = 0, skipped = 0;
+  std::optional<std::uint64_t> allocations;  // nullopt: the program does not count them
 };
 
 /// What it measures of each message or release, at the level `full`.

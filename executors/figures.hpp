@@ -37,6 +37,11 @@ inline constexpr auto kFields<CallbackCounts> = std::tuple{
         "Of these, the releases: they came while one was outstanding, or the timer was never "
         "served.",
         Since::later),
+    sum("allocations", &CallbackCounts::allocations,
+        "In its executions, with the message taken and what they publish, without those inside "
+        "Cyclone DDS. null: the program does not count them (`takt run --allocations`), or has no "
+        "statistics `full`.",
+        Since::later),
 };
 
 template <>

@@ -68,6 +68,16 @@ def is_run(folder):
     document = json.loads(run("run", "--executor", "events", "--duration", "400ms", "--json", "-", "--", program).stdout)
     check("another executor is in force", is_served(document, "events"), document)
 
+    counts = [row["allocations"] for row in document["runs"][0]["callbacks"]]
+    check("nobody has counted allocations", set(counts) == {None}, counts)
+    document = json.loads(run("run", "--allocations", "--duration", "400ms", "--json", "-", "--", program).stdout)
+    of = {row["callback"]: (row["received"], row["allocations"]) for row in document["runs"][0]["callbacks"]}
+    check("some are counted at first, and none later", all(0 <= of[name][1] < 20 < of[name][0] for name in ("timer_1ms", "/chatter"))
+          and of["timer_1ms"][1] > 0, of)
+    refused = run("run", "--allocations", "robot.yaml", status=2)
+    check(proves("command_line.md", "Without one it is an error, as what containers allocate is always counted"),
+          "leave it out" in refused.stderr, refused.stderr)
+
     file = folder / "robot.yaml"
     file.write_text(FILE)
     document = json.loads(run("run", str(file), "--duration", "400ms", "--json", "-", "--", program).stdout)

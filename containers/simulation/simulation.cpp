@@ -333,6 +333,7 @@ std::map<const CpuModel::Thread*, int> set_virtual(ProcessResult& result,
   result.cpu_percent =
       100.0 * static_cast<double>(all.count()) / static_cast<double>(duration.count());
   result.allocations_counted = false;
+  for (auto& callback : result.callbacks) callback.statistics.allocations = std::nullopt;
   if (are_realtime) return numbers;
   result.notes.emplace_back(
       "the order of threads that are not real-time ones is a model: turns of 3 ms");

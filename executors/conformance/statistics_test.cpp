@@ -90,6 +90,25 @@ TEST_P(ConformanceStatistics, LatencyIsTheWaitAndTheTake) {
   EXPECT_EQ(measured.too_late, 1u);  // more than the period
 }
 
+TEST_P(ConformanceStatistics, AllocationsAreThoseOfTheCallback) {
+  if (!allocations_are_counted()) GTEST_SKIP() << "a sanitizer has taken malloc over";
+  const auto publisher = node_->create_publisher<Number>("topic", 10);
+  std::shared_ptr<int> kept;
+  const auto allocates = node_->create_subscription<Number>("topic", 10, [&](const Number&) {
+    kept = nullptr;
+    kept = std::make_shared<int>();
+  });
+  const auto other = node_->create_subscription<Number>("/topic", 10, [](const Number&) {});
+  executor_->add_node(node_);
+  executor_->spin_some();
+  for (int i = 0; i < 3; ++i) {
+    publisher->publish(std::make_unique<Number>());  // outside of callbacks
+    executor_->spin_all();
+  }
+  EXPECT_EQ(row("topic").allocations, 3u);
+  EXPECT_EQ(row("/topic").allocations, 0u);
+}
+
 // An executor that runs little of what is due looked better than one that runs all: releases that
 // were never served were in no count.
 TEST_P(ConformanceStatistics, ReleasesThatAreNotServedAreSkipped) {

@@ -41,6 +41,7 @@ Dispatcher::Dispatcher(const ExecutorOptions& options, Readiness readiness,
     : options_(options),
       rule_(rule),
       observation_(observation),
+      counts_allocations_(observation.records_times() && allocations_are_counted()),
       times_take_(threads.size() > 1 || options.trace_events != 0 || observation.records_times()),
       ready_(readiness, *options.clock, reads_clock(options, rule),
              keeps_history(options.scheduler), rule, policy, threads.size(),
@@ -164,6 +165,8 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
   // Before the user's handlers of limits, and before the wait for the lock.
   if (times.are_read || is_checked) [[unlikely]]
     times.end = options_.clock->now();
+  if (counts_allocations_) [[unlikely]]  // since the callback before: read once, as it takes 1 ns
+    times.allocations = worker.take_allocations();
   if (times.is_traced) [[unlikely]]
     times.used = ThreadUsage::now() - before;
   if (is_checked) [[unlikely]] {

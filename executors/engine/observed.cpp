@@ -61,6 +61,7 @@ void Observed::record_times(const Slot& slot, const ExecutionTimes& at,
                             LatencySlices* slices) noexcept {
   CallbackTimes& all = times->get();
   all.execution.record(at.end - at.start);
+  if (at.allocations != 0) counts.allocations += at.allocations;
   if (slot.ready_time == TimePoint{}) return;  // sent before any reader needed its time
   const Nanoseconds latency = at.start - slot.ready_time;
   all.latency.record(latency);
@@ -230,6 +231,7 @@ CallbackStatistics Observed::statistics(const Entity::Counts& counted) const {
   }
   statistics.deadline_misses = counts.deadline_misses;
   statistics.overruns = counts.overruns;
+  if (times != nullptr && allocations_are_counted()) statistics.allocations = counts.allocations;
   if (const auto* made = times != nullptr ? times->made() : nullptr) {
     static_cast<CallbackTimes&>(statistics) = *made;
   }

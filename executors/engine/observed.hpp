@@ -51,6 +51,7 @@ struct ExecutionTimes {
   bool are_read = false;   // otherwise all are the time of the pick
   bool is_traced = false;  // the thread recorded when the execution began
   ThreadUsage used = {};
+  std::uint64_t allocations = 0;
 };
 
 /// What the overrun handlers of a callback need; it outlives what is observed while they run. Names
@@ -110,6 +111,7 @@ struct DispatchCounts {
   Counter<> executions;
   Counter<> with_period, late, too_late, deadline_misses, overruns;
   Counter<> discarded;  // messages of aborted chain instances
+  Counter<> allocations;
 };
 
 /// Fields without a comment never change, or are serialised by the executor, as all methods are but

@@ -30,11 +30,20 @@ struct alignas(64) Worker {
   bool runs_again = false;         // in a pool: the callback that it is in has announced itself
   TimePoint waits_until = kNever;  // a release; guarded by the lock
   Nanoseconds spin_time{0};        // since spin began
+  std::uint64_t allocations = 0;   // of the thread, up to the end of its last callback
   Worker* outer = nullptr;         // which the thread was before, in whose callback it spins
 
   /// nullptr: the calling thread is none. A thread of a pool is one until it has ended.
   static Worker* current() noexcept { return current_; }
-  void enter() noexcept { outer = std::exchange(current_, this); }
+  /// Since it was asked last.
+  std::uint64_t take_allocations() noexcept {
+    const std::uint64_t all = allocations_of_this_thread();
+    return all - std::exchange(allocations, all);
+  }
+  void enter() noexcept {
+    outer = std::exchange(current_, this);
+    take_allocations();  // what came before is no callback's
+  }
   void leave() noexcept { current_ = outer; }
 
  private:
@@ -105,6 +114,7 @@ class Workers final : public Wakeable {
 
   void begin(Worker& worker) noexcept TAKT_REQUIRES(lock_) {
     worker.spin_time = Nanoseconds::zero();
+    worker.take_allocations();
     ++working_;
   }
   void end() noexcept TAKT_REQUIRES(lock_) { --working_; }

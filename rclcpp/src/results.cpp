@@ -70,6 +70,7 @@ Results::Results(const std::string& path, std::size_t trace_events)
   }
   naming_variable([&] { takt::OutputFile::check(path_); });
   sum_.name = program_invocation_short_name;
+  sum_.allocations_counted = takt::allocations_are_counted();
 }
 
 void Results::spins() {
@@ -113,6 +114,8 @@ void Results::ends(const takt::Executor& executor) {
       {kind.mapped().executor, kind.mapped().executor, kind.mapped().scheduler});
   for (takt::ThreadStatistics& thread : executor.thread_statistics()) {
     if (!thread.in_force.refused.empty()) part.notes.push_back(thread.in_force.refused);
+    part.allocations_while_spinning += thread.counters.allocations;
+    part.allocations_in_dds += thread.counters.foreign_allocations;
     part.threads.push_back({kind.mapped().executor, std::move(thread), kind.mapped().executor,
                             kind.mapped().scheduler});
   }
@@ -120,6 +123,8 @@ void Results::ends(const takt::Executor& executor) {
 }
 
 void Results::add(const takt::ProcessResult& part) {
+  sum_.allocations_while_spinning += part.allocations_while_spinning;
+  sum_.allocations_in_dds += part.allocations_in_dds;
   for (takt::ProcessResult::Callback more : part.callbacks) {
     takt::CallbackStatistics& of = more.statistics;
     if (is_parameter_service(of.node, of.kind, of.callback)) continue;

@@ -45,7 +45,7 @@ struct Options {
                                         trace_clock = "monotonic", recordings;
   ResultFiles results;
   std::vector<std::string> load;
-  bool histograms = false, watches_bounds = false;
+  bool histograms = false, watches_bounds = false, counts_allocations = false;
 };
 
 /// `content`: of the variable, which an error must name if nobody has given the option.
@@ -261,6 +261,7 @@ FinishedRun run_system(const std::vector<SystemDescription>& system, const Optio
                         .scheduler = options.scheduler,
                         .duration = duration,
                         .trace_events = trace_events(options),
+                        .counts_allocations = options.counts_allocations,
                         .has_stdout = !options.results.use_stdout()});
   }
   note_variables(options.executor, options.placement, options.scheduler);
@@ -279,6 +280,10 @@ void run(const Options& options) {
   }
   if (!options.process.empty()) return serve_parent(options);
   options.results.check();
+  if (options.counts_allocations && program_words().empty()) {
+    throw Error("--allocations is for a program: what containers allocate is always counted",
+                "leave it out, or give a program after --");
+  }
   const std::vector<SystemDescription> system = processes(options);
   check_watching(system, options);
   std::optional<TraceRecorder> recorder;
@@ -367,6 +372,9 @@ void set_up(CLI::App* command) {
   command->add_flag("--histograms", options->histograms, "Include histograms in these");
   command->add_flag("--watch-bounds", options->watches_bounds,
                     "Compare what runs with what `takt analyze` assumes, and say what deviates");
+  command->add_flag("--allocations", options->counts_allocations,
+                    "Count what each callback of the program allocates, in glibc's heap; of "
+                    "containers it is always counted");
   add_output(*command, "--trace", options->trace,
              "Write a timeline for ui.perfetto.dev or chrome://tracing, and takt model");
   trace_clock_option(command, options->trace_clock);

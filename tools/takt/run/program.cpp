@@ -20,6 +20,7 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/library.hpp"
 #include "takt/base/regular_file.hpp"
 #include "takt/base/temporary.hpp"
 #include "takt/measuring/json_text.hpp"
@@ -39,6 +40,16 @@ constexpr std::size_t kMostBytes = std::size_t{4} << 30;
 /// The program may change its folder.
 std::string absolute_path(const std::string& file) {
   return file.empty() ? "" : std::filesystem::absolute(file).string();
+}
+
+/// What counts allocations, to be preloaded.
+std::string allocation_counter() {
+  const auto library = path_of_takt().parent_path() / "takt" / "libtakt_allocations.so";
+  if (!std::filesystem::exists(library)) {
+    throw Error(fmt::format("--allocations: there is no library '{}'", library.string()),
+                "install Takt whole, or leave the option out");
+  }
+  return library.string();
 }
 
 struct Start {
@@ -189,7 +200,8 @@ FinishedRun run_program(const ProgramRun& run) {
               {"TAKT_EXECUTOR", run.executor},
               {"TAKT_PLACEMENT", run.placement},
               {"TAKT_SCHEDULER", run.scheduler},
-              {"TAKT_TRACE", run.trace_events == 0 ? "" : std::to_string(run.trace_events)}},
+              {"TAKT_TRACE", run.trace_events == 0 ? "" : std::to_string(run.trace_events)},
+              {"LD_PRELOAD", run.counts_allocations ? allocation_counter() : ""}},
              run.has_stdout});
   begin_work();
   const Ended ended = wait_for_end(child, run.duration, signals);

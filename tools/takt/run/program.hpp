@@ -19,7 +19,8 @@ struct ProgramRun {
       scheduler;                 // empty: what the program or its environment has
   Nanoseconds duration{0};       // 0: until it ends, or a signal
   std::size_t trace_events = 0;  // see ExecutorOptions
-  bool has_stdout = true;        // false: what it writes there goes to stderr
+  bool counts_allocations = false;
+  bool has_stdout = true;  // false: what it writes there goes to stderr
 };
 
 /// Runs it in a process group of its own, by TAKT_RESULTS. At the end of the duration the group

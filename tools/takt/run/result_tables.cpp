@@ -97,6 +97,21 @@ void print_chains(const Run& run) {
   table.print("chains (release of the first callback → end of the last, in µs)");
 }
 
+void print_allocations(const Run& run) {
+  ProcessTable table(run, {"node", "callback", "received", "allocations", "each"});
+  bool are_some = false;
+  for (const Run::Callback& row : run.callbacks) {
+    const CallbackStatistics& of = row.statistics;
+    if (of.allocations.value_or(0) == 0) continue;
+    are_some = true;
+    const double each = static_cast<double>(*of.allocations) /
+                        static_cast<double>(std::max<std::uint64_t>(of.received, 1));
+    table.add(row.process, {of.node, of.callback, count_cell(of.received),
+                            count_cell(of.allocations), fmt::format("{:.2f}", each)});
+  }
+  if (are_some) table.print("callbacks that allocate (with what they publish; not inside DDS)");
+}
+
 void print_modes(const Run& run) {
   if (run.mode_switches.empty()) return;
   ProcessTable switches(run, {"mode", "after", "cause"});
@@ -186,6 +201,7 @@ void print_deviations(const Run& run) {
 void print_result(const Run& run) {
   print_callbacks(run);
   print_chains(run);
+  print_allocations(run);
   print_modes(run);
   print_topics(run);
   print_threads(run);
