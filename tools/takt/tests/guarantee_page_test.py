@@ -22,7 +22,7 @@ robot, promises = re.findall(r"```yaml\n(.*?)```", page, re.S)
 STEPS = [("takt run", (0, 1), r"^brake +\d+ "),
          ("takt model", (0,), r"^written: model.yaml"),
          ("takt analyze robot.yaml", (1,), r"^brake +9.000 .* missed +urgency on all"),
-         ("takt simulate", (0,), r"^brake +9000 "),
+         ("takt simulate", (1,), r"^brake +9000 "),
          ("sed", (0,), r"^$"),
          ("takt analyze preemptive.yaml", (1,), r"^brake +9.000 .* bounded if +preemption on all"),
          ("cat", (0,), r"^$"),
