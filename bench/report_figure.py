@@ -30,6 +30,11 @@ def panels_of(runs):
     return [panel for panel in panels if panel[2]]
 
 
+def cell(text):
+    """As in all CSV of Takt: a spreadsheet takes no name for a formula."""
+    return "'" + text if text.startswith(("=", "+", "-", "@", "\t", "\r")) else text
+
+
 def write_data(panels, path):
     with open(path, "w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file, lineterminator="\n")
@@ -39,7 +44,7 @@ def write_data(panels, path):
                 total, seen = sum(count for _, count in buckets), 0
                 for value, count in buckets:
                     seen += count
-                    rows.writerow([name, of, row, f"{value:.3f}", f"{seen / total:.9g}", total])
+                    rows.writerow([cell(name), cell(of), cell(row), f"{value:.3f}", f"{seen / total:.9g}", total])
 
 
 def draw_figure(runs, path):

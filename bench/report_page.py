@@ -19,7 +19,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator  # noqa: E4
 plt.rcParams.update({
     "svg.fonttype": "none", "font.size": 10, "font.family": "sans-serif", "axes.grid": True,
     "grid.alpha": 0.3, "axes.spines.top": False, "axes.spines.right": False,
-    "legend.frameon": False, "figure.figsize": (7.2, 4.2), "svg.hashsalt": "takt"})
+    "text.parse_math": False, "legend.frameon": False, "figure.figsize": (7.2, 4.2), "svg.hashsalt": "takt"})
 
 # Legible on white and on black; more than eight series differ by the style of their lines.
 COLOURS = ["#4a7fc4", "#d0632b", "#3c9a54", "#c4508a", "#8a70d0", "#a08040", "#2b9aa0", "#808080"]
