@@ -185,7 +185,7 @@ with tempfile.TemporaryDirectory() as folder:
         check(f"the page of bounds has: {text}", text in page_of_bounds, page_of_bounds)
     page_of_literature = (root / "docs/results/literature.md").read_text(encoding="utf-8")
     for text in ("# Which executor for which robot", "Measured on 2026-01-05 on 2 × Some CPU",
-                 "`takt bench picas`, holds: p99 (ms) 0.50 (0.40 to 0.62) of `multi`'s for `picas`.", "`takt bench mt_fair`, holds.",
+                 "`takt bench picas` holds; p99 (ms) under `picas` is 0.50 (0.40 to 0.62) times that under `multi`.", "`takt bench mt_fair` holds.",
                  "| `picas` | It is less. | p99 (ms): `picas` ÷ `multi` | 0.50 (0.40 to 0.62), holds | 0.50 (0.40 to 1.25), open |",
                  "| `mt_fair` | None starves. | starved: `mt_fair`, 4 example | always 0, holds | - |",
                  "**`picas`**, PiCAS (2021). The times are ours."):

@@ -51,31 +51,24 @@ Scenario scenario_of(const Options& options, std::uint64_t run) {
   return scenario;
 }
 
-struct Simulated {
-  rt::Run run;
-  Scenario scenario;
+// Limit: runs in the JSON of a simulation, at some kB each. At it: nothing runs. Seen: the error.
+constexpr std::uint64_t kMostInJson = 10'000;
+
+/// Of all runs: what does not grow with them, and for --json each.
+struct Results {
+  rt::Run sum;
+  std::vector<ScenarioSearch::Worst> worst;  // by chain
+  Scenario first;
+  json runs = json::array();
 };
 
-/// All of them as one, as if they had come one after the other.
-rt::Run merged(const std::vector<Simulated>& all) {
-  rt::Run sum = all.front().run;
-  for (std::size_t i = 1; i < all.size(); ++i) {
-    const rt::Run& more = all[i].run;
-    for (std::size_t row = 0; row < sum.callbacks.size(); ++row)
-      merge(sum.callbacks[row].statistics, more.callbacks.at(row).statistics);
-    for (std::size_t row = 0; row < sum.chains.size(); ++row)
-      merge(sum.chains[row].statistics, more.chains.at(row).statistics);
-    sum.duration_s += more.duration_s;
-  }
-  return sum;
-}
-
-/// The run in which the chain took longest.
-const Simulated& worst_of(const std::vector<Simulated>& all, std::size_t chain) {
-  return *std::max_element(all.begin(), all.end(), [chain](const auto& a, const auto& b) {
-    return a.run.chains[chain].statistics.latency.max() <
-           b.run.chains[chain].statistics.latency.max();
-  });
+/// As if it had come after the others.
+void merge(rt::Run& sum, const rt::Run& more) {
+  for (std::size_t row = 0; row < sum.callbacks.size(); ++row)
+    merge(sum.callbacks[row].statistics, more.callbacks.at(row).statistics);
+  for (std::size_t row = 0; row < sum.chains.size(); ++row)
+    merge(sum.chains[row].statistics, more.chains.at(row).statistics);
+  sum.duration_s += more.duration_s;
 }
 
 /// What else is known of chains, by name.
@@ -101,36 +94,32 @@ Known known_of(SystemDescription system, const Simulation& simulation, const Opt
   return result;
 }
 
-void print_worst(const std::vector<Simulated>& all, const Known& known) {
-  if (all.front().run.chains.empty()) return;
+void print_worst(const Results& all, const Known& known) {
   const auto cell = [](const std::map<std::string, Nanoseconds>& times, const std::string& chain) {
     const auto found = times.find(chain);
     return found != times.end() ? microseconds(found->second) : "-";
   };
   Table table({"chain", "deadline", "observed", "simulated", "bound", "simulated by"});
-  for (std::size_t i = 0; i < all.front().run.chains.size(); ++i) {
-    const auto& [run, scenario] = worst_of(all, i);
-    const rt::Run::Chain& chain = run.chains[i];
+  for (std::size_t i = 0; i < all.sum.chains.size(); ++i) {
+    const rt::Run::Chain& chain = all.sum.chains[i];
     const bool has_deadline = chain.deadline != Nanoseconds::zero();
     table.add({chain.name, has_deadline ? microseconds(chain.deadline) : "-",
                cell(known.observed, chain.name),
-               chain.statistics.instances == 0 ? "-" : microseconds(chain.statistics.latency.max()),
-               cell(known.bounds, chain.name), "--replay " + to_string(scenario)});
+               chain.statistics.instances == 0 ? "-" : microseconds(all.worst[i].latency),
+               cell(known.bounds, chain.name), "--replay " + to_string(all.worst[i].scenario)});
   }
   table.print("the longest latencies: of the model's run, of these runs, and of any (in µs)");
 }
 
 /// The run in which a chain came closest to its deadline; the first one if there are no chains.
-Scenario worst_scenario(const std::vector<Simulated>& all) {
-  Scenario result = all.front().scenario;
+Scenario worst_scenario(const Results& all) {
+  Scenario result = all.first;
   double worst = -1;
-  for (std::size_t i = 0; i < all.front().run.chains.size(); ++i) {
-    const auto& [run, scenario] = worst_of(all, i);
-    const rt::Run::Chain& chain = run.chains[i];
-    const auto limit = std::max<Nanoseconds>(chain.deadline, Nanoseconds(1));
-    const double part = static_cast<double>(chain.statistics.latency.max().count()) /
-                        static_cast<double>(limit.count());
-    if (part > worst) std::tie(worst, result) = std::pair(part, scenario);
+  for (std::size_t i = 0; i < all.sum.chains.size(); ++i) {
+    const auto limit = std::max<Nanoseconds>(all.sum.chains[i].deadline, Nanoseconds(1));
+    const double part =
+        static_cast<double>(all.worst[i].latency.count()) / static_cast<double>(limit.count());
+    if (part > worst) std::tie(worst, result) = std::pair(part, all.worst[i].scenario);
   }
   return result;
 }
@@ -162,26 +151,20 @@ void write_worst_trace(const Simulation& simulation, const Scenario& scenario,
   write_trace(trace, options.trace);
 }
 
-json document_of(const std::vector<Simulated>& all, const Simulation& simulation,
-                 const Known& known, const Options& options) {
-  json runs = json::array();
-  for (const auto& [run, scenario] : all) {
-    json row = rt::run_json(run, options.histograms);
-    row["scenario"] = to_string(scenario);
-    runs.push_back(std::move(row));
-  }
+json document_of(const Results& all, const Simulation& simulation, const Known& known,
+                 const Options& options) {
   json result{
       {"takt", {{"version", TAKT_VERSION}}},
       {"simulated", {{"cpus", simulation.system().machine.cpus}, {"notes", simulation.notes()}}},
-      {"runs", std::move(runs)}};
+      {"runs", all.runs}};
   json& bounds = result["bounds_us"] = json::object();
   for (const auto& [chain, bound] : known.bounds) bounds[chain] = rt::us(bound);
   if (options.histograms) result["bucket_limits_us"] = rt::bucket_limits_us();
   return result;
 }
 
-std::vector<Simulated> simulate(const Simulation& simulation, const Options& options) {
-  std::vector<Simulated> all;
+Results simulate(const Simulation& simulation, const Options& options) {
+  Results all;
   ScenarioSearch search(options.seed);
   const LiveLine line("simulating");
   for (std::uint64_t i = 0; i < options.runs; ++i) {
@@ -199,27 +182,41 @@ std::vector<Simulated> simulate(const Simulation& simulation, const Options& opt
     run.repeat = i;
     run.processes.clear();  // of this machine
     run.trace.reset();
-    all.push_back({std::move(run), scenario});
+    if (!options.json.empty()) {
+      all.runs.push_back(rt::run_json(run, options.histograms));
+      all.runs.back()["scenario"] = to_string(scenario);
+    }
+    if (i == 0) {
+      all.first = scenario;
+      all.sum = std::move(run);
+    } else {
+      merge(all.sum, run);
+    }
   }
+  all.worst = search.worst();
   return all;
 }
 
 void run(const Options& options) {
+  if (!options.json.empty() && options.runs > kMostInJson) {
+    throw UsageError(fmt::format("--json has each run, of at most {}", kMostInJson),
+                     "make fewer runs, or leave it out");
+  }
   const SystemDescription system = system_of(options);
   const StaysOnOneCpu here;
   SimulationOptions how = options_of(system, options);
   const Simulation simulation(system, how);
-  const std::vector<Simulated> all = simulate(simulation, options);
+  const Results all = simulate(simulation, options);
   std::set<std::string> notes(simulation.notes().begin(), simulation.notes().end());
-  notes.insert(all.front().run.notes.begin(), all.front().run.notes.end());
+  notes.insert(all.sum.notes.begin(), all.sum.notes.end());
   const Known known = known_of(system, simulation, options);
   const bool prints = options.json != "-";
   if (prints) {
     for (const std::string& note : notes) rt::to_stderr("note: {}\n", note);
-    rt::print("simulated: {} of {} on CPUs {}{}\n\n", counted(all.size(), "run"), options.duration,
-              fmt::join(simulation.system().machine.cpus, ","),
+    rt::print("simulated: {} of {} on CPUs {}{}\n\n", counted(options.runs, "run"),
+              options.duration, fmt::join(simulation.system().machine.cpus, ","),
               options.replayed.empty() ? fmt::format(", from seed {}", options.seed) : "");
-    print_result(merged(all));
+    print_result(all.sum);
     print_worst(all, known);
   }
   if (!options.json.empty()) write_json(document_of(all, simulation, known, options), options.json);
@@ -227,8 +224,7 @@ void run(const Options& options) {
     how.overrides.trace_events = kMostTraceEvents;
     write_worst_trace(Simulation(system, how), worst_scenario(all), options);
   }
-  const rt::Run sum = merged(all);
-  if (std::any_of(sum.chains.begin(), sum.chains.end(),
+  if (std::any_of(all.sum.chains.begin(), all.sum.chains.end(),
                   [](const rt::Run::Chain& chain) { return chain.statistics.misses != 0; })) {
     throw CLI::RuntimeError(kFailed);
   }

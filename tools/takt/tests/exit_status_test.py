@@ -84,7 +84,7 @@ tried = [(expected, [command, *words]) for command, cases in COMMANDS.items()
          for expected, words in enumerate(cases) if words is not None]
 tried += [(2, [command, "--no-such-option"]) for command in COMMANDS]
 tried += [(0, [command, "--help"]) for command in COMMANDS] + [(0, ["--version"]), (2, []), (2, ["nothing"])]
-tried += [(2, ["run", "good.yaml", "--json", "no/folder"]), (2, ["plan", "good.yaml", "--json", "no/folder"]),
+tried += [(2, ["simulate", "good.yaml", "--runs", "10001", "--json", "-"]), (2, ["run", "good.yaml", "--json", "no/folder"]), (2, ["plan", "good.yaml", "--json", "no/folder"]),
           (2, ["interface", "show", "bad/msg/Loop"]), (2, ["topic", "pub", "/a", "bad/msg/Loop", "{}"]),
           (2, ["service", "call", "/a", "bad/srv/Loop"]),
           (2, ["action", "send_goal", "/a", "bad/action/Loop", "{}"]), (1, ["plan", "good.yaml", "--json", "/dev/full"]),
