@@ -11,6 +11,7 @@
 #include <archive.h>
 #include <archive_entry.h>
 #include <fmt/format.h>
+#include <locale.h>
 #include <nlohmann/json.hpp>
 #include <openssl/evp.h>
 #include <sys/stat.h>
@@ -64,6 +65,21 @@ bool is_plain(std::string_view path) {
   }
 }
 
+/// In which libarchive takes names as what they are, whatever the user's says.
+class Utf8 {
+ public:
+  Utf8() : of_names_(newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr)), before_(uselocale(of_names_)) {}
+  ~Utf8() {
+    uselocale(before_);
+    freelocale(of_names_);
+  }
+  Utf8(const Utf8&) = delete;
+  Utf8& operator=(const Utf8&) = delete;
+
+ private:
+  const locale_t of_names_, before_;
+};
+
 struct Free {
   void operator()(archive* of) const { archive_free(of); }
   void operator()(archive_entry* of) const { archive_entry_free(of); }
@@ -112,6 +128,7 @@ BundledFile read_file(archive* from, archive_entry* entry, const std::string& pa
 
 std::vector<BundledFile> read_files(const std::string& path) {
   const std::string bytes = read_text(path, kMostBytes);
+  const Utf8 utf8;
   const Archive from(archive_read_new());
   archive_read_support_format_tar(from.get());
   archive_read_support_filter_zstd(from.get());
@@ -142,6 +159,13 @@ void leave_folder(std::vector<BundledFile>& files, const std::string& path) {
     file.path.erase(0, folder.size() + 1);
     if (!names.insert(file.path).second) refuse(path, fmt::format("it has '{}' twice", file.path));
   }
+  for (const std::string& name : names) {
+    for (std::size_t end = name.rfind('/'); end != name.npos; end = name.rfind('/', end - 1)) {
+      if (end == 0) break;
+      if (names.contains(name.substr(0, end)))
+        refuse(path, fmt::format("'{}' is a file and a folder", name.substr(0, end)));
+    }
+  }
 }
 
 void check_manifest(const std::vector<BundledFile>& files, const std::string& path) {
@@ -163,6 +187,14 @@ void check_manifest(const std::vector<BundledFile>& files, const std::string& pa
 
 }  // namespace
 
+void check_bundled_name(const std::string& path) {
+  const bool is_ours = path == kManifest || path == kRunScript || path == kResults;
+  if (is_plain(path) && path[0] != '-' && !is_ours) return;
+  throw Error(fmt::format("'{}' is no name for a file in a bundle{}", printable(path),
+                          is_ours ? ", which has one of its own" : ""),
+              "rename it");
+}
+
 void write_bundle(const std::string& path, std::vector<BundledFile> files) {
   json manifest{{"takt", {{"version", TAKT_VERSION}}}, {"files", json::object()}};
   std::size_t bytes = 0;
@@ -173,9 +205,10 @@ void write_bundle(const std::string& path, std::vector<BundledFile> files) {
   if (bytes > kMostBytes || files.size() >= kMostFiles) {
     throw Error(
         fmt::format("a bundle has at most {} MiB and {} files", kMostBytes >> 20, kMostFiles),
-        "leave out --histograms of long runs, or a file", path);
+        "bundle fewer files, or make fewer repeats", path);
   }
   files.push_back({kManifest, rt::json_text(manifest, 1) + "\n"});
+  const Utf8 utf8;
   const Archive to(archive_write_new());
   archive_write_set_format_pax_restricted(to.get());
   archive_write_add_filter_zstd(to.get());
@@ -215,8 +248,7 @@ void extract(const std::vector<BundledFile>& files, const std::string& folder) {
     OutputFile to(FilePlace(folder, file.path), OutputFile::Whose::person);
     to.write(file.content);
     to.complete();
-    if (file.path == kRunScript)
-      fs::permissions(fs::path(folder) / file.path, fs::perms::owner_exec, fs::perm_options::add);
+    fs::permissions(fs::path(folder) / file.path, fs::perms(file.path == kRunScript ? 0755 : 0644));
   }
 }
 

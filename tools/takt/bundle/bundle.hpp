@@ -16,6 +16,7 @@ struct BundledFile {
 /// Of the files of a bundle: what stands in it, and the script that repeats it.
 inline constexpr const char* kManifest = "bundle.json";
 inline constexpr const char* kRunScript = "run";
+inline constexpr const char* kResults = "before.compared.json";  // see `takt compare --save`
 inline constexpr const char* kBundleEnding = ".tar.zst";
 
 /// Writes them, and a manifest with the size and the SHA-256 of each. Throws Error if they are too
@@ -27,6 +28,10 @@ void write_bundle(const std::string& path, std::vector<BundledFile> files);
 /// guards against accidents: it is of the maker of the bundle.
 std::vector<BundledFile> read_bundle(const std::string& path);
 
+/// Throws Error for a path that no bundle has: one that leads out, or has signs that a terminal or
+/// a shell would interpret, or begins with '-', or is that of a file that each bundle has.
+void check_bundled_name(const std::string& path);
+
 /// Its name without the ending: what it lies in, and is written to.
 std::string folder_of_bundle(const std::string& path);
 
@@ -34,8 +39,8 @@ std::string folder_of_bundle(const std::string& path);
 void extract(const std::vector<BundledFile>& files, const std::string& folder);
 
 /// What a `takt compare` of these files needs besides Takt: the files, and the libraries that they
-/// name or that register their components, with an index of these. Throws Error if a library would
-/// not be found in the bundle, or two files would have one name. `model`: another file; empty:
+/// name or that register their components, with an index of these. Throws Error unless `takt check`
+/// takes each with these files alone, or if two would have one name. `model`: another file; empty:
 /// none.
 std::vector<BundledFile> files_of_systems(const std::vector<std::string>& systems,
                                           const std::string& model);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include <dlfcn.h>
 #include <fmt/format.h>
@@ -11,10 +12,13 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/regular_file.hpp"
+#include "takt/base/temporary.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 
 #include "bundle/bundle.hpp"
 #include "model/extraction.hpp"
+#include "run/feed.hpp"
+#include "shell_word.hpp"
 
 namespace takt::tools {
 namespace {
@@ -28,6 +32,7 @@ constexpr std::size_t kMostOfFile = std::size_t{64} << 20;
 class Contents {
  public:
   void add(const std::string& path, const std::string& from) {
+    check_bundled_name(path);
     const auto [there, is_new] = files_.try_emplace(path, from);
     std::error_code none;
     if (is_new || fs::equivalent(there->second, from, none)) return;
@@ -82,8 +87,10 @@ std::string place_of(const fs::path& library, const std::string& file, const std
   return "lib/" + name;
 }
 
-void add_parameters(const SystemDescription& system, const std::string& file, Contents& contents) {
-  for (const std::string& named : system.parameter_files) {
+void add_others(const SystemDescription& system, const std::string& file, Contents& contents) {
+  std::vector<std::string> others = system.parameter_files;
+  if (!system.model.empty()) others.push_back(system.model);
+  for (const std::string& named : others) {
     const std::string path = place_beside(file, named);
     if (path.empty()) refuse(named, file);
     contents.add(path, named);
@@ -106,14 +113,16 @@ void add_libraries(const SystemDescription& system, const std::string& file, Con
   }
 }
 
-std::string quoted(const std::string& word) {
-  constexpr std::string_view kPlain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./,";
-  if (!word.empty() && word.find_first_not_of(kPlain) == word.npos) return word;
-  std::string text = "'";
-  for (const char letter : word)
-    text += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
-  return text + "'";
+/// Throws Error unless `takt check` takes the file with what is in the folder: a link, a path of
+/// this machine, anything else that would be missing elsewhere.
+void check_elsewhere(const std::string& folder, const std::string& file) {
+  const std::string takt = fs::read_symlink("/proc/self/exe");
+  const std::string search = fmt::format("TAKT_COMPONENT_PATH={0} LD_LIBRARY_PATH={0}/lib", folder);
+  const std::string command = fmt::format("cd {} && {} {} check {} >&2", shell_word(folder), search,
+                                          shell_word(takt), shell_word("./" + file));
+  if (feed({"/bin/sh", "-c", command}, "") == 0) return;
+  throw Error("in the bundle alone, the file is not valid; see above",
+              "name all that it needs by paths within its folder, without links", file);
 }
 
 }  // namespace
@@ -126,22 +135,32 @@ std::vector<BundledFile> files_of_systems(const std::vector<std::string>& system
                                           const std::string& model) {
   Contents contents;
   if (!model.empty()) contents.add(bundled(model), model);
+  std::set<std::string> names;
   for (const std::string& file : systems) {
+    if (!names.insert(bundled(file)).second) {
+      throw Error(fmt::format("two files would have the name '{}' in the bundle", bundled(file)),
+                  "rename one of them, or name it once", file);
+    }
     contents.add(bundled(file), file);
     const SystemDescription system = read_system(file);
     add_libraries(system, file, contents);
-    add_parameters(system, file, contents);
+    add_others(system, file, contents);
   }
-  return contents.read();
+  std::vector<BundledFile> files = contents.read();
+  const TemporaryFolder folder;
+  extract(files, folder / "bundle");
+  for (const std::string& name : names) check_elsewhere(folder / "bundle", name);
+  return files;
 }
 
 std::string run_script(const std::vector<std::string>& words) {
   std::vector<std::string> shown;
-  std::transform(words.begin(), words.end(), std::back_inserter(shown), quoted);
+  std::transform(words.begin(), words.end(), std::back_inserter(shown), shell_word);
   return fmt::format(R"sh(#!/bin/sh
 # Written by takt: repeats the comparison of this folder, and compares it with what was measured.
 cd "$(dirname "$0")" || exit
-TAKT_COMPONENT_PATH=$PWD LD_LIBRARY_PATH=$PWD/lib exec "${{TAKT:-takt}}" {} "$@"
+TAKT_COMPONENT_PATH=$PWD${{TAKT_COMPONENT_PATH:+:$TAKT_COMPONENT_PATH}} \
+  LD_LIBRARY_PATH=$PWD/lib${{LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}} exec "${{TAKT:-takt}}" {}
 )sh",
                      fmt::join(shown, " "));
 }

@@ -294,6 +294,7 @@ void check_outputs(const Options& options) {
     throw Error(fmt::format("'{}' is no name of a bundle", options.bundle),
                 fmt::format("end it with {}", kBundleEnding));
   }
+  if (!options.bundle.empty()) check_bundled_name(folder_of_bundle(options.bundle));
 }
 
 /// What the runs of a bundle are stored as, for --against.
@@ -340,7 +341,7 @@ void write_bundle(const std::string& path, std::vector<BundledFile> files,
   }
   document["runs"] = rt::result_document(runs)["runs"];
   document.erase("ratios");  // they have the names of before
-  files.push_back({stored_path(kBefore), rt::json_text(document)});
+  files.push_back({kResults, rt::json_text(document)});
   write_bundle(path, std::move(files));
   rt::to_stderr("bundle: {}\n", path);
 }

@@ -232,9 +232,9 @@ void run(const Options& options) {
 
 /// Which scenarios are run.
 void add_scenario_options(CLI::App& command, Options& options) {
-  whole_number(command.add_option("--runs", options.runs,
-                                  "So many runs, with the seeds from --seed on (default: 1)"),
-               1, 1'000'000);
+  CLI::Option* const runs = command.add_option(
+      "--runs", options.runs, "So many runs, with the seeds from --seed on (default: 1)");
+  whole_number(runs, 1, 1'000'000);
   whole_number(command.add_option("--seed", options.seed,
                                   "Another seed draws other phases and times (default: 1)"),
                0, 999'999'999'999'999);
@@ -249,6 +249,7 @@ void add_scenario_options(CLI::App& command, Options& options) {
   auto* const search =
       command.add_flag("--search", options.searches,
                        "Each run goes on from where those before it found the longest latencies");
+  search->needs(runs);
   for (const char* other : {"--phases", "--times"}) search->excludes(command.get_option(other));
   auto* const replay =
       command.add_option("--replay", options.replayed,

@@ -12,6 +12,7 @@
 #include "takt/executors/executor.hpp"
 
 #include "catalogue/catalogue.hpp"
+#include "shell_word.hpp"
 
 namespace takt::tools {
 namespace {
@@ -29,25 +30,13 @@ Settings settings_of(const SimulatedFile& file) {
   return result;
 }
 
-/// As a shell reads it back.
-std::string word_of(const std::string& text) {
-  static constexpr std::string_view kPlain = "_-./,=:+@%";
-  const bool is_plain = std::all_of(text.begin(), text.end(), [](unsigned char character) {
-    return std::isalnum(character) != 0 || kPlain.find(static_cast<char>(character)) != kPlain.npos;
-  });
-  if (is_plain && !text.empty()) return text;
-  std::string quoted = "'";
-  for (const char character : text)
-    quoted += character == '\'' ? "'\\''" : std::string(1, character);
-  return quoted + "'";
-}
-
 }  // namespace
 
 SystemDescription system_of(const SimulatedFile& file) {
+  SystemDescription system = read_system_as(file.file, file.as, settings_of(file));
+  // Only now: the file may have loaded them.
   if (!file.executor.empty()) executors().check(file.executor);
   if (!file.scheduler.empty()) schedulers().check(file.scheduler);
-  SystemDescription system = read_system_as(file.file, file.as, settings_of(file));
   if (file.cpus != 0) {
     system.machine.cpus.resize(file.cpus);
     std::iota(system.machine.cpus.begin(), system.machine.cpus.end(), 0);
@@ -68,10 +57,10 @@ SimulationOptions options_of(const SystemDescription& system, const SimulatedFil
 }
 
 std::string replay_command(const SimulatedFile& file, const Scenario& scenario) {
-  std::string command = "takt simulate " + word_of(file.file);
+  std::string command = "takt simulate " + shell_word(file.file);
   const SimulatedFile usual;
   const auto add = [&](const char* option, const std::string& value, const std::string& without) {
-    if (value != without) command += fmt::format(" {} {}", option, word_of(value));
+    if (value != without) command += fmt::format(" {} {}", option, shell_word(value));
   };
   add("--model", file.model, usual.model);
   add("--as", file.as, usual.as);

@@ -96,6 +96,13 @@ run("bundle", folder / "here/indexed.tar.zst", cwd="there")
 check("with an index", (folder / "there/indexed/share/takt/components/bundle").read_text() == "guests::Good;lib/libparts.so\n")
 check("and the library", (folder / "there/indexed/lib/libparts.so").read_bytes() == pathlib.Path(components).read_bytes())
 
+# Names need not be English.
+shutil.copy(folder / "here/own.yaml", folder / "here/räder.yaml")
+run("compare", "räder.yaml", "--executors", "events", "--simulate", "--duration", "100ms", "--bundle", "über.tar.zst")
+run("bundle", folder / "here/über.tar.zst", cwd="there")
+check("whatever the locale is", (folder / "there/über/räder.yaml").exists())
+run("simulate", "robot.yaml", "--scheduler", "good", "--duration", "100ms")  # which the file itself brings
+
 # ---- What cannot be bundled ----
 (folder / "here/far.yaml").write_text(ROBOT.format(library=schedulers))
 _, errors = run("compare", "far.yaml", "--executors", "file", "--simulate", "--duration", "100ms", "--bundle", "far.tar.zst", status=2)
@@ -103,7 +110,14 @@ check("a library that is elsewhere", "leads out of the file's folder" in errors 
 (folder / "here/other").mkdir()
 (folder / "here/other/own.yaml").write_text((folder / "here/own.yaml").read_text())
 _, errors = run("compare", "own.yaml", "other/own.yaml", "--executors", "events", "--bundle", "two.tar.zst", status=2)
-check("two files of one name", "would have one name" in errors, errors)
+check("two files of one name", "would have the name 'own.yaml'" in errors, errors)
+shutil.copy(folder / "here/own.yaml", folder / "here/run")
+_, errors = run("compare", "./run", "--executors", "events", "--bundle", "two.tar.zst", status=2)
+check("the name of the script", "which has one of its own" in errors, errors)
+(folder / "here/link.yaml").symlink_to("parts/motor.yaml")
+(folder / "here/linked.yaml").write_text(ROBOT.format(library="parts/libmine.so").replace("parts/motor.yaml", "link.yaml"))
+_, errors = run("compare", "linked.yaml", "--executors", "file", "--bundle", "linked.tar.zst", status=2)
+check("a link", "link.yaml" in errors and "in the bundle alone, the file is not valid" in errors, errors)
 _, errors = run("compare", "own.yaml", "--bundle", "own.zip", status=2)
 check("another kind of archive", "end it with .tar.zst" in errors, errors)
 _, errors = run("compare", "--executors", "events", "--bundle", "program.tar.zst", "--", "true", status=2)
@@ -170,6 +184,7 @@ HOSTILE = {
     "a path that leads out": (archive(entry("x/../../out")), "is no name of a file"),
     "an absolute path": (archive(entry("/tmp/out")), "is no name of a file"),
     "a name that steers the terminal": (archive(entry("x/\x1b[2J")), r"is no name of a file"),
+    "a file that is a folder, too": (archive(entry("x/run/more")), "is a file and a folder"),
     "another folder": (archive(entry("y/out")), "outside of its folder"),
     "a symbolic link": (archive(entry("x/link", tarfile.SYMTYPE, "/etc/passwd")), "no links, folders or devices"),
     "a hard link": (archive(entry("x/link", tarfile.LNKTYPE, "x/run")), "no links, folders or devices"),
