@@ -4,6 +4,7 @@ report.py draws with it; `takt` has both in it.
 SPDX-License-Identifier: Apache-2.0
 """
 import csv
+import sys
 
 from report_page import buckets_of, draw_percentiles, plt, row_name
 
@@ -47,17 +48,31 @@ def write_data(panels, path):
                     rows.writerow([cell(name), cell(of), cell(row), f"{value:.3f}", f"{seen / total:.9g}", total])
 
 
+def short(name):
+    """As much of both ends as a column has room for."""
+    return name if len(name) <= 34 else f"{name[:16]}…{name[-17:]}"
+
+
+def height_of(named):
+    """With the legend below, where it does not fit into the picture."""
+    return HEIGHT + (0.095 * len(named) if len(named) > 4 else 0)
+
+
 def draw_figure(runs, path):
     panels = panels_of(runs)
     write_data(panels, path.removesuffix(".pdf") + ".csv")
     shown = panels[:MOST_PANELS]
+    if len(shown) < max(len(panels), 1):
+        print(f"note: the figure shows {len(shown)} of {len(panels)}; all are in the CSV" if panels else "note: nothing was received, so the figure is empty",
+              file=sys.stderr)
+    heights = [height_of(named) for _, _, named in shown] or [HEIGHT]
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(max(len(shown), 1), squeeze=False, figsize=(WIDTH, HEIGHT * max(len(shown), 1)))
+        figure, axes = plt.subplots(len(heights), squeeze=False, figsize=(WIDTH, sum(heights)), gridspec_kw={"height_ratios": heights})
         for (file, of, named), ax in zip(shown, axes[:, 0]):
-            draw_percentiles(ax, named)
-            ax.set_title(of if len({panel[0] for panel in shown}) == 1 else f"{file}: {of}", fontsize=7)
+            draw_percentiles(ax, [(short(name), buckets) for name, buckets in named])
+            ax.set_title(short(of if len({panel[0] for panel in shown}) == 1 else f"{file}: {of}"), fontsize=7)
             if len(named) > 4:  # below the axis' name, which it would hide
-                ax.legend(ncol=2, loc="upper center", bbox_to_anchor=(0.5, -0.36))
+                ax.legend(loc="upper left", bbox_to_anchor=(-0.1, -0.38))
         figure.tight_layout()
-        figure.savefig(path, format="pdf", bbox_inches="tight", metadata={"CreationDate": None, "Creator": "takt"})
+        figure.savefig(path, format="pdf", metadata={"CreationDate": None, "Creator": "takt"})
     plt.close(figure)
