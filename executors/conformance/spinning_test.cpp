@@ -102,7 +102,7 @@ TEST_P(ConformanceSpinning, AnExceptionEndsAPoolThatSpins) {
 TEST_P(ConformanceSpinning, AWorkerThatSpinsIsNotWokenAndSaysWhatItCosts) {
   const auto executor = make_spinning();
   const auto node = make_node(Clock::steady());
-  constexpr int kRounds = 40;
+  constexpr int kRounds = 200;
   std::atomic<int> triggers{0};
   const auto guard = node->create_guard_condition("guard", [&] { ++triggers; });
   executor->add_node(node);
