@@ -12,7 +12,7 @@ import os
 import sys
 
 from report_figure import draw_figure
-from report_page import (COLOURS, Page, boxes, buckets_of, distribution_curves, legend_of, lines, median, number, over_time,
+from report_page import (COLOURS, Page, boxes, buckets_of, by_file, distribution_curves, legend_of, lines, median, number, over_time,
                          percentile_curves, plt, quantile, row_name, scale)
 
 # What the paper measured, too: experiment, metric → (x values, series, factor to our unit).
@@ -271,11 +271,7 @@ def draw_ratios(page, ratios):
 def draw_runs(page, document):
     """What takt compare has run."""
     runs, ratios = document["runs"], document.get("ratios", [])
-    for file in dict.fromkeys(run["file"] for run in runs):
-        groups = {}
-        for run in runs:
-            if run["file"] == file:
-                groups.setdefault(row_name(run), []).append(run)
+    for file, groups in by_file(runs).items():
         repeats = max(len(group) for group in groups.values())
         page.heading(f"{file}: {repeats} {'run' if repeats == 1 else 'runs'} each, interleaved")
         draw_summary(page, groups)

@@ -6,7 +6,7 @@ SPDX-License-Identifier: Apache-2.0
 import csv
 import sys
 
-from report_page import buckets_of, draw_percentiles, plt, row_name
+from report_page import buckets_of, by_file, draw_percentiles, plt
 
 # A column of a paper in two columns is 3.3 to 3.5 inches wide, its captions have 8 points; type 3 fonts are refused by most publishers.
 STYLE = {"pdf.fonttype": 42, "font.size": 7, "legend.fontsize": 6, "lines.linewidth": 1, "axes.linewidth": 0.6}
@@ -17,11 +17,7 @@ MOST_PANELS = 6
 def panels_of(runs):
     """What is drawn: of each file its chains, or the messages if it has none. (title, [(row, buckets)])."""
     panels = []
-    for file in dict.fromkeys(run["file"] for run in runs):
-        groups = {}
-        for run in runs:
-            if run["file"] == file:
-                groups.setdefault(row_name(run), []).append(run)
+    for file, groups in by_file(runs).items():
         chains = dict.fromkeys(chain["name"] for group in groups.values() for run in group for chain in run["chains"])
         for chain in chains or [None]:
             of = "chains" if chain else "callbacks"

@@ -191,6 +191,14 @@ def row_name(run):
     return ", ".join(parts)
 
 
+def by_file(runs):
+    """Of each file, the runs of each row: {file: {row: [run]}}."""
+    files = {}
+    for run in runs:
+        files.setdefault(run["file"], {}).setdefault(row_name(run), []).append(run)
+    return files
+
+
 def buckets_of(runs, rows, is_meant=lambda row: True):
     """The latencies of these rows in all runs, as [µs, count] pairs in order."""
     result, most = {}, 0
