@@ -24,6 +24,7 @@
 #include "exit_status.hpp"
 #include "outputs.hpp"
 #include "run/result_json.hpp"
+#include "shell_word.hpp"
 
 namespace takt::tools::doctor_command {
 namespace {
@@ -81,17 +82,6 @@ Finding throttling() {
           {"sysctl -w kernel.sched_rt_runtime_us=-1", ""}};
 }
 
-/// As a word of a shell: who made the path may be another user.
-std::string quoted(std::string path) {
-  constexpr const char* kPlain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789/._-@:";
-  if (path.find_first_not_of(kPlain) == path.npos) return path;
-  for (std::size_t at = 0; (at = path.find('\'', at)) != path.npos; at += 4) {
-    path.replace(at, 1, "'\\''");
-  }
-  return "'" + path + "'";
-}
-
 /// The path of this process's cgroup for the controller, version 1 or 2; empty if there is none.
 std::string cgroup_of(const std::string& controller) {
   std::ifstream file("/proc/self/cgroup");
@@ -127,9 +117,10 @@ Finding cgroup_quota() {
                      : Verdict::good,
           "SCHED_OTHER threads stop when the quota is used up; with rt_runtime_us 0 the group "
           "cannot use SCHED_FIFO",
-          {no_runtime ? fmt::format("echo 950000 > {}", quoted(folder + "/cpu.rt_runtime_us"))
+          // Another user may have made the path.
+          {no_runtime ? fmt::format("echo 950000 > {}", shell_word(folder + "/cpu.rt_runtime_us"))
                       : fmt::format("echo {} > {}", fs::exists(v2) ? "max" : "-1",
-                                    quoted(fs::exists(v2) ? v2 : v1)),
+                                    shell_word(fs::exists(v2) ? v2 : v1)),
            ""}};
 }
 
