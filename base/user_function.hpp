@@ -44,10 +44,10 @@ class UserFunction<Result(Arguments...)> {
     }
     if constexpr (kFits<Owned>) {
       ::new (place()) Owned(std::forward<F>(function));
-      kind_ = &kKindOf<Owned>;
+      set<Owned>();
     } else {
       ::new (place()) Elsewhere<Owned>{std::make_unique<Owned>(std::forward<F>(function))};
-      kind_ = &kKindOf<Elsewhere<Owned>>;
+      set<Elsewhere<Owned>>();
     }
   }
   UserFunction(UserFunction&& other) noexcept { take(other); }
@@ -57,16 +57,16 @@ class UserFunction<Result(Arguments...)> {
     return *this;
   }
   ~UserFunction() {
-    if (kind_ == nullptr) return;
+    if (call_ == nullptr) return;
     expect_no_lock("function");
     kind_->destroy(place());
   }
 
-  explicit operator bool() const noexcept { return kind_ != nullptr; }
+  explicit operator bool() const noexcept { return call_ != nullptr; }
   Result operator()(Arguments... arguments) const {
     expect_no_lock("function");
-    if (kind_ == nullptr) throw std::bad_function_call();
-    return kind_->call(place(), std::forward<Arguments>(arguments)...);
+    if (call_ == nullptr) throw std::bad_function_call();
+    return call_(place(), std::forward<Arguments>(arguments)...);
   }
 
  private:
@@ -91,7 +91,6 @@ class UserFunction<Result(Arguments...)> {
     }
   };
   struct Kind {
-    Result (*call)(void* place, Arguments... arguments);
     void (*move)(void* from, void* to) noexcept;  // `from` is destroyed
     void (*destroy)(void* place) noexcept;
   };
@@ -100,24 +99,31 @@ class UserFunction<Result(Arguments...)> {
     return *std::launder(static_cast<F*>(place));
   }
   template <class F>
-  static constexpr Kind kKindOf = {[](void* place, Arguments... arguments) -> Result {
-                                     return run(in<F>(place),
-                                                std::forward<Arguments>(arguments)...);
-                                   },
-                                   [](void* from, void* to) noexcept {
+  static Result call(void* place, Arguments... arguments) {
+    return run(in<F>(place), std::forward<Arguments>(arguments)...);
+  }
+  template <class F>
+  static constexpr Kind kKindOf = {[](void* from, void* to) noexcept {
                                      ::new (to) F(std::move(in<F>(from)));
                                      std::destroy_at(&in<F>(from));
                                    },
                                    [](void* place) noexcept { std::destroy_at(&in<F>(place)); }};
+  template <class F>
+  void set() noexcept {
+    call_ = &call<F>;
+    kind_ = &kKindOf<F>;
+  }
 
   // Calling it is const, as with std::function.
   void* place() const noexcept { return const_cast<std::byte*>(bytes_.data()); }
   void take(UserFunction& other) noexcept {
-    kind_ = std::exchange(other.kind_, nullptr);
-    if (kind_ != nullptr) kind_->move(other.place(), place());
+    call_ = std::exchange(other.call_, nullptr);
+    kind_ = other.kind_;
+    if (call_ != nullptr) kind_->move(other.place(), place());
   }
 
-  const Kind* kind_ = nullptr;  // nullptr: it is empty
+  Result (*call_)(void* place, Arguments... arguments) = nullptr;  // nullptr: it is empty
+  const Kind* kind_ = nullptr;
   alignas(void*) std::array<std::byte, kBytes> bytes_;
 };
 
