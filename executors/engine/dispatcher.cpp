@@ -41,6 +41,7 @@ Dispatcher::Dispatcher(const ExecutorOptions& options, Readiness readiness,
     : options_(options),
       rule_(rule),
       observation_(observation),
+      model_(options.execution_model),
       counts_allocations_(observation.records_times() && allocations_are_counted()),
       times_take_(threads.size() > 1 || options.trace_events != 0 || observation.records_times()),
       ready_(readiness, *options.clock, reads_clock(options, rule),
@@ -155,8 +156,8 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
   ThreadUsage before;
   if (times.is_traced) [[unlikely]]
     before = ThreadUsage::now();
-  if (options_.execution_model != nullptr) [[unlikely]]
-    options_.execution_model->dispatch();
+  if (model_ != nullptr) [[unlikely]]
+    model_->dispatch();
   // Last before the callback: what is done for it, in no cache, belongs to the latency.
   if (times.are_read && (is_checked || (times_take_ && !starts_at_once(times, execution))))
       [[unlikely]]
@@ -184,8 +185,8 @@ void Dispatcher::call(Execution& execution) noexcept {
     expect_no_lock("callback");
     const TracedCallback traced(*execution.record->entity, execution.slot);
     Entity& entity = *execution.record->entity;
-    if (options_.execution_model != nullptr) [[unlikely]]
-      return options_.execution_model->execute(entity, execution.slot);
+    if (model_ != nullptr) [[unlikely]]
+      return model_->execute(entity, execution.slot);
     entity.execute(execution.slot);
   } catch (...) {
     caught(*execution.record, std::current_exception());

@@ -117,6 +117,7 @@ class Dispatcher {
   const ExecutorOptions& options_;
   Rule* const rule_;
   Observation& observation_;
+  ExecutionModel* const model_;
   const bool counts_allocations_;
   const bool times_take_;      // the callback's start is read, as it is later than the pick
   bool has_just_run_ = false;  // on an only worker: a brief callback, and nothing else since

@@ -230,14 +230,14 @@ inline CallbackRecord* ReadySet::pick(const Limits& limits) noexcept {
 }
 
 inline CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
-  CallbackRecord* record = nullptr;
-  if (selection_.interrupts() && limits.worker != Selection::kAnyWorker) [[unlikely]]
+  const bool selects = selection_.is_needed();
+  if (selects && selection_.interrupts() && limits.worker != Selection::kAnyWorker) [[unlikely]]
     return next_to_interrupt(limits);
+  CallbackRecord* record = nullptr;
   while ((record = pick(limits)) != nullptr) {
     if (record->sequence > limits.last_sequence) {
       record->next = std::exchange(deferred_, record);
-    } else if (selection_.is_needed() && selection_.puts_aside(*record, limits.worker))
-        [[unlikely]] {
+    } else if (selects && selection_.puts_aside(*record, limits.worker)) [[unlikely]] {
       continue;
     } else if (record->exclusion->admit(*record)) {
       record->state.begin();
@@ -246,7 +246,7 @@ inline CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
       record->state.park();
     }
   }
-  if (selection_.counts()) [[unlikely]]
+  if (selects) [[unlikely]]
     restore(selection_.take_passed_over());
   return record;
 }

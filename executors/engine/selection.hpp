@@ -28,12 +28,13 @@ class Selection {
   Selection(const Rule* rule, const WorkersPolicy* policy, std::size_t workers)
       : rule_(rule),
         policy_(policy),
+        is_needed_(rule != nullptr || policy != nullptr),
         is_logical_(rule != nullptr && rule->logical_outputs().has_value()),
         interrupts_(policy != nullptr && policy->interrupts()),
         running_(interrupts_ ? workers : 0) {}
 
   /// Not each worker may take each callback at any time.
-  bool is_needed() const noexcept { return rule_ != nullptr || policy_ != nullptr; }
+  bool is_needed() const noexcept { return is_needed_; }
   /// Nothing is looked at before the rule opens.
   bool is_logical() const noexcept { return is_logical_; }
   bool counts() const noexcept { return policy_ != nullptr; }
@@ -86,7 +87,7 @@ class Selection {
 
   const Rule* const rule_;
   const WorkersPolicy* const policy_;
-  const bool is_logical_, interrupts_;
+  const bool is_needed_, is_logical_, interrupts_;
   std::vector<Running> running_;           // by worker
   std::atomic<std::uint32_t> ceiling_{0};  // the highest of them
   ReadyCallback* held_ = nullptr;
