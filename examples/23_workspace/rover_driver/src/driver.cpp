@@ -1,4 +1,5 @@
-// The rover's base, here a simulated one: it drives as fast as the last command says, and says where it is.
+// The rover's base, here a simulated one: it drives as fast as the last command says, and says
+// where it is.
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
 #include <memory>
