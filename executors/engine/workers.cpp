@@ -5,7 +5,9 @@
 #include <optional>
 
 #include <fmt/format.h>
+#include <sched.h>
 
+#include "takt/base/available_cpus.hpp"
 #include "takt/base/error.hpp"
 #include "takt/base/spin_pause.hpp"
 #include "takt/base/tracepoints.hpp"
@@ -19,6 +21,18 @@ constexpr Nanoseconds kPatience(20'000);
 // that usually ends with it: a callback that moves to another CPU finds none of its data there.
 constexpr Nanoseconds kMoment(1'000);
 
+// A reservation ends when its thread yields.
+bool share_a_cpu(const std::vector<ThreadAttributes>& threads) {
+  const auto cpus_of = [](const ThreadAttributes& thread) {
+    return thread.affinity.empty() ? available_cpus() : thread.affinity;
+  };
+  const std::vector<int> first = cpus_of(threads.front());
+  return threads.size() > 1 && first.size() == 1 &&
+         std::all_of(threads.begin(), threads.end(), [&](const ThreadAttributes& thread) {
+           return thread.policy != ThreadPolicy::deadline && cpus_of(thread) == first;
+         });
+}
+
 }  // namespace
 
 [[gnu::tls_model("initial-exec")]] thread_local constinit Worker* Worker::current_ = nullptr;
@@ -28,6 +42,7 @@ Workers::Workers(const ExecutorOptions& options, const std::vector<ThreadAttribu
                  const Updates& updates)
     : options_(options),
       policy_(policy),
+      yields_(share_a_cpu(threads)),
       lock_(threads.size() > 1),
       ready_(ready),
       updates_(updates),
@@ -177,6 +192,7 @@ bool Workers::search(Worker& worker, TimePoint until, Nanoseconds patience,
       spin_pause();
       now = clock.now();
     } while (now < look);
+    if (yields_) sched_yield();
     Search asked = Search::asked;
     if (search_.load(std::memory_order_relaxed) == asked &&  // else it leaves the line to others
         search_.compare_exchange_strong(asked, Search::quiet)) {

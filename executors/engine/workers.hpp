@@ -162,6 +162,7 @@ class Workers final : public Wakeable {
 
   const ExecutorOptions& options_;
   const WorkersPolicy* const policy_;
+  const bool yields_;  // one that searches, as another needs its CPU
   DispatchLock lock_;
   ReadySet& ready_;
   const Updates& updates_;
