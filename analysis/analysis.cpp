@@ -198,7 +198,9 @@ void Solver::update_curves() {
             std::max(source.longest_gap, longest_gap(source.from->callback, output));
       }
       const Time earliest = waits ? span.earliest_end : before.earliest_sent(span);
-      ArrivalCurve sent = root.curve.with_jitter(plus(span.latest_end, held) - earliest);
+      // In the first round nothing has ended: what is unbounded must not become less by that.
+      const Time jitter = std::max(Time{0}, plus(span.latest_end, held) - earliest);
+      ArrivalCurve sent = root.curve.with_jitter(jitter);
       if (!waits) sent = sent.with_least_distance(before.least_distance_of_outputs());
       source.curve = sent.with_jitter(plus(delay - least_delay, system_.overheads.wake));
     }

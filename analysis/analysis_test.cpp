@@ -266,6 +266,8 @@ TEST(Analysis, SaysWhatABoundIsMissingFor) {
   EXPECT_LT(analyze(system).chains[0].bound, kUnbounded);
   system.callbacks[1].outputs[0].delay = kUnbounded;
   EXPECT_THAT(analyze(system).chains[0].why_not, HasSubstr("messages from 'b' to 'c' take"));
+  system.callbacks[1].least_execution = 1;  // then it said that there was too much work
+  EXPECT_THAT(analyze(system).callbacks[2].why_not, HasSubstr("messages from 'b' to 'c' take"));
   system.callbacks[1].outputs[0].delay = 0;
   system.callbacks[0].execution = 101;
   EXPECT_THAT(analyze(system).chains[0].why_not,

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "takt/base/visibility.hpp"
+#include "takt/containers/component.hpp"
 #include "takt/messages/rosgraph_msgs/msg/clock.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/recording/mcap.hpp"
@@ -29,7 +30,7 @@ namespace TAKT_INTERNAL takt {
 /// with the recorded reliability and durability.
 /// The file is read during playback: if it is truncated meanwhile, the callback throws Error.
 /// Thread safety: as Node. Real-time: no.
-class Player : public Node {
+class Player : public Node, public SetsReleases {
  public:
   explicit Player(const NodeOptions& options);
   ~Player() override;

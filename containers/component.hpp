@@ -61,6 +61,14 @@ class KnowsExecutionTimes {
   }
 };
 
+/// Interface of a component that gives its timers their releases (Timer::release_at): how often
+/// they come does not follow from their periods. The component's node class derives from it in
+/// addition to Node. Thread safety: it does nothing. Real-time: it does nothing.
+class SetsReleases {
+ public:
+  virtual ~SetsReleases() = default;
+};
+
 using ComponentRegistry = Registry<Component, NoTraits, const NodeOptions&>;
 extern template class Registry<Component, NoTraits, const NodeOptions&>;
 /// All component classes registered in this process, by name.

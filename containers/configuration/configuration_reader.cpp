@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/configuration/configuration_reader.hpp"
 
+#include <chrono>
+
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
@@ -31,6 +33,16 @@ std::optional<ParameterValue> array_of(const document::List& list) {
     result.push_back(*item);
   }
   return result;
+}
+
+// Of all executors, on the CPUs that they are for.
+void check_reservations(const std::vector<ThreadAttributes>& threads,
+                        const MachineDescription& machine) {
+  if (machine.cpus.empty()) return check_admission(threads);
+  const Nanoseconds second = std::chrono::seconds(1);
+  const std::chrono::duration<double> granted =
+      machine.rt_runtime.value_or(second - throttled_realtime());
+  check_admission(threads, static_cast<double>(machine.cpus.size()) * granted.count());
 }
 
 }  // namespace
@@ -67,7 +79,8 @@ SystemDescription ConfigurationReader::read(const Value& root) {
   check_cpus_of_threads();
   threads_.check_bands();
   if (const Value* executors = document::find(root, "executors"); executors != nullptr) {
-    errors_.passes(executors->line, [this] { check_admission(executors_threads_); });
+    errors_.passes(executors->line,
+                   [&] { check_reservations(executors_threads_, system_.machine); });
     if (errors_.size() == 0) errors_.passes(executors->line, [this] { check_spinning_threads(); });
   }
   return std::move(system_);

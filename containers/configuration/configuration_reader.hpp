@@ -17,6 +17,13 @@
 
 namespace takt {
 
+/// A list of CPUs: none is not the same as no key, which stands for all.
+inline void check_is_some(const document::Value& list, document::Errors& errors) {
+  const auto* const cpus = std::get_if<document::List>(&list.content);
+  if (cpus == nullptr || !cpus->empty()) return;
+  errors.add(list.line, "the list of CPUs is empty", "name at least one, or leave it out");
+}
+
 /// Each top-level key of the file has its own source file in `keys/`.
 /// Thread safety: none.
 /// Real-time: no.

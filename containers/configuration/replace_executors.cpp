@@ -12,19 +12,23 @@
 namespace takt {
 namespace {
 
+const std::vector<int>& cpus_of(const SystemDescription& system) {
+  return system.machine.cpus.empty() ? available_cpus() : system.machine.cpus;
+}
+
 // A band from the most urgent of these threads on, where another type takes the place of the
 // file's; up to the next other thread that may run on its CPU, as inside the band that would run
 // before some of the callbacks, and after others.
 std::vector<ThreadDescription> band_from(const std::vector<ThreadAttributes>& threads,
-                                         const std::vector<ThreadDescription>& of_file) {
+                                         const SystemDescription& system) {
   constexpr int kLevels = 8, kHighest = 99;
   const auto best = std::max_element(threads.begin(), threads.end(), [](auto& a, auto& b) {
     return a.priority < b.priority;  // others than SCHED_FIFO and SCHED_RR have none
   });
   if (best == threads.end() || best->priority == 0) return {};
-  const int cpu = best->affinity.empty() ? available_cpus().front() : best->affinity.front();
+  const int cpu = best->affinity.empty() ? cpus_of(system).front() : best->affinity.front();
   int highest = std::min(best->priority + kLevels - 1, kHighest);
-  for (const ThreadDescription& entry : of_file) {
+  for (const ThreadDescription& entry : system.threads) {
     const ThreadAttributes& other = entry.attributes;
     const auto& cpus = other.affinity;
     const bool is_own = std::any_of(threads.begin(), threads.end(),
@@ -53,7 +57,7 @@ std::vector<std::string> threads_of(const SystemDescription& system) {
 }
 
 // Adds the threads that the executor names as `other` has them; under another name where the
-// system has one of that name.
+// system has one of that name, and on the first CPU of its `machine` where that lacks theirs.
 void take_threads(const SystemDescription& other, ExecutorDescription& executor,
                   SystemDescription& system) {
   std::map<std::string, std::string> taken;  // by the name in `other`
@@ -67,8 +71,14 @@ void take_threads(const SystemDescription& other, ExecutorDescription& executor,
     std::string& free = taken[name] = name;
     for (int i = 2; find_thread(system, free) != nullptr; ++i) free = fmt::format("{}-{}", name, i);
     system.threads.push_back(*thread);
-    system.threads.back().attributes.name = free;
+    ThreadAttributes& attributes = system.threads.back().attributes;
+    attributes.name = free;
     name = free;
+    const std::vector<int>& cpus = cpus_of(system);
+    const bool has_all = std::all_of(
+        attributes.affinity.begin(), attributes.affinity.end(),
+        [&](int cpu) { return std::find(cpus.begin(), cpus.end(), cpu) != cpus.end(); });
+    if (!has_all) attributes.affinity = {cpus.front()};
   }
 }
 
@@ -87,7 +97,9 @@ void give_threads(ExecutorDescription& executor, const SystemDescription& other,
   if (traits.takes_band) {
     const ExecutorDescription as_other = executor;
     executor.threads = std::move(own);
-    take_band(executor, system);
+    const std::string differs = take_band(executor, system);
+    if (executor.threads.size() == 1)
+      system.notes.push_back(fmt::format("executor '{}' runs {}", executor.name, differs));
     if (!executor.threads.empty()) return;
     executor = as_other;  // there is no priority to begin with
     return take_threads(other, executor, system);
@@ -112,13 +124,16 @@ std::string take_band(ExecutorDescription& executor, SystemDescription& system) 
     if (const ThreadDescription* const found = find_thread(system, name))
       own.push_back(found->attributes);
   }
-  const std::vector<ThreadDescription> band = band_from(own, system.threads);
+  const std::vector<ThreadDescription> band = band_from(own, system);
   executor.threads.clear();
   if (band.empty()) return "where nothing interrupts: its threads have no priority";
   for (const ThreadDescription& level : band) {
     system.threads.push_back(level);
     executor.threads.push_back(level.attributes.name);
   }
+  if (band.size() == 1)
+    return fmt::format("on '{}', where nothing interrupts: no priority above it is free",
+                       executor.threads.front());
   return fmt::format("on the band '{}' to '{}' instead of its threads", executor.threads.front(),
                      executor.threads.back());
 }

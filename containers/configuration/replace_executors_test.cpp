@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/configuration/replace_executors.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -112,6 +113,43 @@ TEST(ReplaceExecutors, GivesABandFromTheMostUrgentThread) {
   EXPECT_THAT(system.executors.front().threads, ElementsAre("t-10", "t-11", "t-12"));
   for (const std::string& name : system.executors.front().threads)
     EXPECT_NE(find_thread(system, name), nullptr) << name;
+}
+
+// The band of the other file was analysed on a CPU that the machine does not have.
+TEST(ReplaceExecutors, PutsThreadsOnTheMachinesCpus) {
+  const SystemDescription other = file_of(
+      "threads: {t: {policy: SCHED_FIFO, priority: 10..11, affinity: [0]}}\n"
+      "executors: {all: {type: preemptive, threads: [t]}}");
+  const auto cpus_under = [&](const std::string& text) {
+    std::vector<int> cpus;
+    const SystemDescription system = replace_executors(file_of(text), other);
+    for (const std::string& name : system.executors.front().threads) {
+      const std::vector<int>& its = find_thread(system, name)->attributes.affinity;
+      cpus.insert(cpus.end(), its.begin(), its.end());
+    }
+    return cpus;
+  };
+  EXPECT_THAT(cpus_under("machine: {cpus: [0, 7]}"), ElementsAre(0, 0));
+  EXPECT_THAT(cpus_under("machine: {cpus: [7, 8]}"), ElementsAre(7, 7));
+  EXPECT_THAT(cpus_under("machine: {cpus: [7, 8]}\n"
+                         "threads: {u: {policy: SCHED_FIFO, priority: 98}}\n"
+                         "executors: {default: {type: events, threads: [u]}}"),
+              ElementsAre(7, 7));
+}
+
+TEST(ReplaceExecutors, SaysWhereNothingInterrupts) {
+  const auto notes_under = [](int priority) {
+    return replace_executors(
+               file_of(fmt::format("threads: {{u: {{policy: SCHED_FIFO, priority: {}}}}}\n"
+                                   "executors: {{default: {{type: events, threads: [u]}}}}",
+                                   priority)),
+               file_of("threads: {t: {policy: SCHED_FIFO, priority: 10..11, affinity: [0]}}\n"
+                       "executors: {all: {type: preemptive, threads: [t]}}"))
+        .notes;
+  };
+  EXPECT_THAT(notes_under(98), IsEmpty());
+  EXPECT_THAT(notes_under(99), ElementsAre("executor 'all' runs on 'u-99', where nothing "
+                                           "interrupts: no priority above it is free"));
 }
 
 TEST(ReplaceExecutors, KeepsPrioritiesUnlessTheOtherSaysHowTheyCome) {

@@ -104,8 +104,9 @@ struct MachineDescription {
   std::map<int, double> speed;  // by CPU; execution times are divided by it
   /// Between two callbacks of a busy thread; to wake a thread; from one thread to another.
   Nanoseconds dispatch{0}, wake{0}, change{0};
-  /// To send a message, and what each megabyte of it takes besides.
-  Nanoseconds publish{0}, publish_megabyte{0};
+  /// To send a message to one receiver, and what each megabyte of it, and each other receiver,
+  /// takes besides.
+  Nanoseconds publish{0}, publish_megabyte{0}, publish_receiver{0};
   /// Of each second, for the real-time threads of a CPU. nullopt: as this machine has it; a second
   /// or more: unlimited.
   std::optional<Nanoseconds> rt_runtime;

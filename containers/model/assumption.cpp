@@ -9,74 +9,68 @@ namespace {
 
 constexpr std::array kKinds{
     AssumptionKind{"as_declared", "what the file or the code states, and no run has shown, is so",
-                   "while it runs, with `analysis: {watch: true}`: execution times and arrivals",
+                   "", "execution times, periods and arrivals",
                    "measure it: `takt run --trace`, `takt model`, `--model`"},
     AssumptionKind{"as_measured", "nothing is worse than in the measured run, and its margin", "",
-                   "measure longer and under the worst load, then accept it"},
+                   "", "measure longer and under the worst load, then accept it"},
     AssumptionKind{"brought_up_by_others",
-                   "somebody outside of the file brings nodes up, as in the measured run", "",
+                   "somebody outside of the file brings nodes up, as in the measured run", "", "",
                    "`lifecycle: {bring_up: [NODE]}`"},
     AssumptionKind{"budgets_hold", "no execution is longer than its `budget`",
-                   "while it runs: each overrun is counted and reported", ""},
+                   "while it runs: each overrun is counted and reported", "", ""},
     AssumptionKind{
         "dds_threads_elsewhere",
-        "the threads of DDS, and Takt's own, need no time on the CPUs of callbacks", "",
+        "the threads of DDS, and Takt's own, need no time on the CPUs of callbacks", "", "",
         "give threads that run callbacks SCHED_FIFO; bind the other ones (`affinity`) to "
         "other CPUs"},
-    AssumptionKind{"host_not_shared", "the host takes no CPU away from this virtual machine",
-                   "while it runs, with `analysis: {watch: true}`",
-                   "use a machine that is not virtual"},
+    AssumptionKind{"host_not_shared", "the host takes no CPU away from this virtual machine", "",
+                   "the steal of each CPU", "use a machine that is not virtual"},
     AssumptionKind{"model_from_elsewhere",
-                   "what was measured on another machine or build is so here", "",
+                   "what was measured on another machine or build is so here", "", "",
                    "measure here: `takt run --trace`, `takt model`"},
     AssumptionKind{"no_other_publishers",
                    "nobody outside of the file sends to its callbacks, or receives what they send",
-                   "", "`dds: {discovery: \"off\"}`, if nobody shall"},
-    AssumptionKind{"no_page_faults", "memory of the process stays where it is",
-                   "while it runs, with `analysis: {watch: true}`",
+                   "", "", "`dds: {discovery: \"off\"}`, if nobody shall"},
+    AssumptionKind{"no_page_faults", "memory of the process stays where it is", "",
+                   "the page faults of each thread",
                    "`memory: {lock: true}` and `realtime: require`"},
-    AssumptionKind{"not_seen", "what the measured run has not shown never happens", "",
+    AssumptionKind{"not_seen", "what the measured run has not shown never happens", "", "",
                    "measure a run in which it happens, or declare it"},
-    AssumptionKind{
-        "nothing_else_runs",
-        "no thread outside of the file runs on its CPUs before those of callbacks",
-        "while it runs, with `analysis: {watch: true}`; those that are there when it is analysed "
-        "are named",
-        "`analysis: {watch: true}`"},
+    AssumptionKind{"nothing_else_runs",
+                   "no thread outside of the file runs on its CPUs before those of callbacks",
+                   "when it is analysed: those that are there are named",
+                   "who has run before each thread", ""},
     AssumptionKind{
         "nothing_is_changed",
         "no container gets or unloads a component, no callback gets other parameters, and "
         "active nodes stay active",
-        "while it runs, with `analysis: {watch: true}`: what containers do",
+        "", "what containers do, and what nodes change of their callbacks",
         "name the model in the file (`model`): then a container refuses to load and to "
         "change what takes a guarantee away; of several processes, it does not know the "
         "others"},
     AssumptionKind{"overheads_are_zero", "Linux and Takt need no time besides that of callbacks",
-                   "",
+                   "", "",
                    "`--overheads measure`, a model of a longer run, or `machine: {overheads: "
                    "{dispatch: …, wake: …, switch: …, publish: …}}`"},
     AssumptionKind{"realtime_granted", "Linux gives all threads their policies and priorities",
-                   "at the start, with `realtime: require`: what is refused ends the run; while it "
-                   "runs, with `analysis: {watch: true}`, which also sees who changes them",
-                   "`realtime: require`"},
-    AssumptionKind{"requests_are_answered", "each request is answered in time", "",
+                   "at the start, with `realtime: require`: what is refused ends the run",
+                   "also who changes them", "`realtime: require`"},
+    AssumptionKind{"requests_are_answered", "each request is answered in time", "", "",
                    "measure a run, or give the client's callback an `arrival`"},
     AssumptionKind{"rt_runtime_as_here",
                    "Linux throttles real-time threads as on this machine, and the fair server of "
                    "newer kernels (6.12) runs others before them only then",
-                   "when it is analysed; while it runs, with `analysis: {watch: true}`, but for "
-                   "reserved threads",
-                   "`analysis: {watch: true}`; `machine: {rt_runtime: …}`; a kernel whose fair "
-                   "server is off (0 in "
+                   "when it is analysed", "both, but not of reserved threads",
+                   "`machine: {rt_runtime: …}`; a kernel whose fair server is off (0 in "
                    "`/sys/kernel/debug/sched/fair_server/cpu*/runtime`)"},
     AssumptionKind{"reservations_end",
-                   "the kernel ends the budget of a reservation when it is used up", "",
+                   "the kernel ends the budget of a reservation when it is used up", "", "",
                    "let the callbacks of each reservation need less than its budget: without "
                    "HRTICK_DL the kernel looks once a tick"},
     AssumptionKind{"start_is_over", "the start is over: its bursts and constructors do not count",
-                   "", "`from: activation` in the chain"},
+                   "", "", "`from: activation` in the chain"},
     AssumptionKind{"times_scale_with_speed",
-                   "execution times are those of one CPU divided by the speed of another", "",
+                   "execution times are those of one CPU divided by the speed of another", "", "",
                    "measure on the CPUs themselves, and leave out `machine: speed`"},
 };
 
@@ -98,6 +92,20 @@ std::string_view to_string(Assumption::State state) noexcept {
 
 std::span<const AssumptionKind> assumption_kinds() {
   return kKinds;
+}
+
+std::string check_of(const AssumptionKind& kind, bool may_watch) {
+  std::string result(kind.check);
+  if (!may_watch || kind.watched.empty()) return result;
+  if (!result.empty()) result += "; ";
+  return result + "while it runs, with `analysis: {watch: true}`: " + std::string(kind.watched);
+}
+
+std::string remedy_of(const AssumptionKind& kind, bool may_watch) {
+  std::string result(kind.remedy);
+  if (!may_watch || kind.watched.empty()) return result;
+  if (!result.empty()) result += "; ";
+  return result + "`analysis: {watch: true}`";
 }
 
 const AssumptionKind* assumption_kind(std::string_view id) noexcept {

@@ -30,9 +30,15 @@ std::string_view to_string(Assumption::State state) noexcept;
 /// One id, for `accept` in a file.
 struct AssumptionKind {
   std::string_view id, meaning;
-  std::string_view check;   // when Takt looks; empty: it cannot
-  std::string_view remedy;  // what makes it needless, beside `accept`
+  std::string_view check;    // when Takt looks, whatever the file; empty: it does not
+  std::string_view watched;  // what of it `analysis: {watch: true}` sees; empty: nothing
+  std::string_view remedy;   // what makes it needless, beside that and `accept`
 };
+/// When Takt looks; empty: it cannot. `may_watch`: the file could have a watch, or has one.
+std::string check_of(const AssumptionKind& kind, bool may_watch);
+/// What makes it needless, beside `accept`; empty: nothing. `may_watch`: the file could have a
+/// watch, and has none.
+std::string remedy_of(const AssumptionKind& kind, bool may_watch);
 /// All, in the order of their ids.
 /// Thread safety: from any thread. Real-time: no.
 std::span<const AssumptionKind> assumption_kinds();

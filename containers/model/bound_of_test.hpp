@@ -76,6 +76,7 @@ inline MeasuredModel without_ignored(MeasuredModel model) {
     if (is_ignored(kCallback, "name")) callback.name = "/nobody/t";
     forget_if_ignored(kCallback, "executions", callback.executions);
     forget_if_ignored(kCallback, "longest_execution", callback.longest_execution);
+    if (is_ignored(kCallback, "least_execution")) callback.least_execution = Nanoseconds::max();
     forget_if_ignored(kCallback, "longest_wait", callback.longest_wait);
     forget_if_ignored(kCallback, "least_distances", callback.least_distances);
     forget_if_ignored(kCallback, "period", callback.period);

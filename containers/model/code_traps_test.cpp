@@ -94,6 +94,12 @@ TEST(CodeTraps, AClassThatKnowsItsTimesMayDoMore) {
                     HasSubstr("execution of '/s/tick' sends one message to each topic")));
 }
 
+// The subscription of a topic without a known publisher took no time.
+TEST(Keys, ANodeMaySendWhatNobodyKnows) {
+  EXPECT_THAT(CodeFile().analyzed().text_of("as_declared"),
+              HasSubstr("'/s', '/r' makes no publisher later, and has no other node"));
+}
+
 TEST(CodeTraps, AStepMaySendNothing) {
   EXPECT_THAT(CodeFile().analyzed().text_of("as_declared"), HasSubstr("no more and no less"));
 }
@@ -164,6 +170,44 @@ container:
               HasSubstr("'/p/work' is a coroutine"));
 }
 
+/// Sends when it likes, as takt::Player sends when its recording has a message.
+class CodeAlarm : public Node, public SetsReleases {
+ public:
+  explicit CodeAlarm(const NodeOptions& options)
+      : Node("alarm", options), timer_(create_timer("play", 500ms, [] {})) {}
+
+ private:
+  Timer::SharedPtr timer_;
+};
+
+// Its first delay was taken for the period of what it sends.
+TEST(Keys, APeriodSaysNothingWhereTheCodeSetsReleases) {
+  const auto bound = [](const char* arrival, const MeasuredModel* measured = nullptr) {
+    return bound_of(fmt::format(R"(
+machine: {{rt_runtime: 1s}}
+threads: {{one: {{policy: SCHED_FIFO, priority: 50, affinity: [0]}}}}
+executors: {{one: {{threads: [one], type: events}}}}
+chains: [{{name: c, path: [p/play]}}]
+container:
+  components:
+    - component: tricky::CodeAlarm
+      name: p
+      executor: one
+      callbacks: {{play: {{execution: 1ms{}}}}}
+)",
+                                arrival),
+                    measured);
+  };
+  EXPECT_THAT(bound("").why_not, HasSubstr("it is not known how often '/p/play' runs"));
+  EXPECT_EQ(bound(", arrival: {distances: [0ns, 10ms]}").bound, 2ms);
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks.push_back({.name = "/p/play",
+                                .executions = 3,
+                                .longest_execution = 1ms,
+                                .least_distances = {0ms, 0ms, 100ms}});
+  EXPECT_EQ(bound("", &measured).bound, 3ms);
+}
+
 /// Two timers in a reentrant group.
 class CodeSeveral : public Node {
  public:
@@ -230,6 +274,27 @@ chains: [{{name: c, path: [a/w_timer]}}]
   EXPECT_EQ(text("loaned_msg"), "");
 }
 
+// What a second subscription costs who sends was nothing.
+TEST(Keys, AMessageGoesToEachSubscription) {
+  const auto found = [](const char* publish) {
+    return analyzed(fmt::format(R"(
+machine: {{cpus: [0, 1], rt_runtime: 1s, overheads: {{dispatch: 1us, wake: 1us, switch: 1us, publish: {}}}}}
+threads: {{one: {{policy: SCHED_FIFO, priority: 50, affinity: [0]}}, two: {{policy: SCHED_FIFO, priority: 50, affinity: [1]}}}}
+executors: {{a: {{threads: [one], type: events}}, b: {{threads: [two], type: events}}}}
+container:
+  components:
+    - {{component: takt::Workload, name: a, executor: a, parameters: {{publishers: {{topic: [w], period_us: [10000], work_us: [1000]}}}}}}
+    - {{component: takt::Workload, name: b, executor: b, parameters: {{subscriptions: {{topic: [w, w, w], work_us: [1, 1, 1]}}}}}}
+chains: [{{name: c, path: [a/w_timer]}}]
+)",
+                                publish));
+  };
+  const Nanoseconds one = found("10us").bound().bound.value();
+  EXPECT_EQ(found("{message: 10us, receiver: 5us}").bound().bound, one + 2 * 5us);
+  EXPECT_THAT(found("10us").text_of("overheads_are_zero"), HasSubstr("to a second subscription"));
+  EXPECT_EQ(found("{message: 10us, receiver: 5us}").text_of("overheads_are_zero"), "");
+}
+
 // A delay that was promised to be no shorter was not among what is promised.
 TEST(CodeTraps, TheLeastDelayIsAPromise) {
   const auto text = [](const char* delay) {
@@ -244,5 +309,6 @@ TEST(CodeTraps, TheLeastDelayIsAPromise) {
 
 TAKT_REGISTER_COMPONENT(tricky::CodeSender, "sends")
 TAKT_REGISTER_COMPONENT(tricky::CodeReceiver, "receives")
+TAKT_REGISTER_COMPONENT(tricky::CodeAlarm, "sends when it likes")
 TAKT_REGISTER_COMPONENT(tricky::CodeSeveral, "has a reentrant group")
 TAKT_REGISTER_COMPONENT(tricky::CodeInBatches, "works in batches")

@@ -197,6 +197,7 @@ constexpr CoverageEntry kTable[] = {
     {"overheads", "publish", kUsed, "set_execution"},
     // A publishing overhead
     {"a publishing overhead", "message", kUsed, "set_execution"},
+    {"a publishing overhead", "receiver", kUsed, "set_execution, by the links of the model"},
     {"a publishing overhead", "megabyte", kUsed, "set_execution"},
     // A chain
     {"a chain", "name", kIrrelevant,
@@ -379,7 +380,8 @@ constexpr CoverageEntry kTable[] = {
     {"a scheduler type", "keys", kNotCovered, "see keys of an executor type"},
     // A kind of entity
     {"a kind of entity", "timer", kUsed,
-     "its period, whatever its state; without one, stated or measured arrivals"},
+     "its period, whatever its state; without one, or if its node sets its releases, stated or "
+     "measured arrivals"},
     {"a kind of entity", "subscription", kUsed, "links"},
     {"a kind of entity", "service", kUsed, "links"},
     {"a kind of entity", "client", kUsed, "links"},
@@ -401,8 +403,8 @@ constexpr CoverageEntry kTable[] = {
     // A measured callback
     {"a measured callback", "name", kUsed, "add_unknown_callbacks"},
     {"a measured callback", "executions", kUsed, "as_measured"},
-    {"a measured callback", "least_execution", kIrrelevant,
-     "the least that can be, not the least that was seen"},
+    {"a measured callback", "least_execution", kUsed,
+     "refutes a longer one that is declared; else the least that can be counts"},
     {"a measured callback", "median_execution", kIrrelevant, "for people"},
     {"a measured callback", "p99_execution", kIrrelevant, "for people"},
     {"a measured callback", "longest_execution", kUsed, "set_execution"},

@@ -104,8 +104,8 @@ std::size_t fields_of(const MeasuredChain& all) {
 }
 // What a file says of a callback, an executor, a machine: its keys are compared above.
 std::size_t fields_of(const MachineDescription& all) {
-  const auto& [a, b, c, d, e, f, g, h, i] = all;
-  return count(a, b, c, d, e, f, g, h, i);
+  const auto& [a, b, c, d, e, f, g, h, i, j] = all;
+  return count(a, b, c, d, e, f, g, h, i, j);
 }
 
 TEST(Coverage, HasEachFieldOfWhatTheModelIsMadeOf) {
@@ -119,8 +119,8 @@ TEST(Coverage, HasEachFieldOfWhatTheModelIsMadeOf) {
   EXPECT_EQ(facts_of("a measured model").size(), fields_of(MeasuredModel()));
   EXPECT_EQ(facts_of("a measured callback").size(), fields_of(MeasuredCallback()));
   EXPECT_EQ(facts_of("a measured chain").size(), fields_of(MeasuredChain()));
-  // cpus, speed, five of overheads, rt_runtime, exclusive
-  EXPECT_EQ(facts_of("a machine").size() + 4, fields_of(MachineDescription()));
+  // cpus, speed, six of overheads, rt_runtime, exclusive
+  EXPECT_EQ(facts_of("a machine").size() + 5, fields_of(MachineDescription()));
 }
 
 TEST(Coverage, HasEachKindOfEntity) {

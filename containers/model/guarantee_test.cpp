@@ -314,6 +314,13 @@ TEST(Guarantee, RefusesWhatContradictsTheComponent) {
   EXPECT_EQ(verdict_of(with_keys("execution: 1100us"), &measured), Verdict::refuted);
   EXPECT_EQ(verdict_of(with_keys("budget: 1100us"), &measured), Verdict::refuted);
   EXPECT_EQ(verdict_of(with_keys("budget: 1300us"), &measured), Verdict::guaranteed);
+  measured.callbacks[0].least_execution = 1050us;
+  const auto with_least = [&](const char* least) {
+    return verdict_of(with_keys(fmt::format("execution: {{min: {}, max: 1300us}}", least)),
+                      &measured);
+  };
+  EXPECT_EQ(with_least("1050us"), Verdict::guaranteed);
+  EXPECT_EQ(with_least("1100us"), Verdict::refuted);
 }
 
 /// A chain to a subscription of this depth, which something more urgent keeps waiting.

@@ -355,8 +355,12 @@ void AssumptionFinder::add_what_nobody_says() {
       add("no execution of {} is longer than declared: no run has measured it",
           declared_at(stated.where), if_watched());
     }
-    if (stated.execution && stated.execution->least != Nanoseconds::zero() && !has_run) {
-      add("no execution of {} is shorter than declared", declared_at(stated.where));
+    if (stated.execution && stated.execution->least != Nanoseconds::zero()) {
+      const bool is_refuted = has_run && seen->least_execution != Nanoseconds::zero() &&
+                              seen->least_execution < stated.execution->least;
+      add(is_refuted ? "{} took less time in the measured run than its `execution` has as `min`"
+                     : "no execution of {} is shorter than declared",
+          declared_at(stated.where), is_refuted ? State::refuted : State::unchecked);
     }
     if (execution == Provenance::promised && !has_run) {
       add("no execution of {} is longer than its budget: no run has measured it",
@@ -379,8 +383,8 @@ void AssumptionFinder::add_what_nobody_says() {
       add("{} sends at its end, and not before (`outputs`)", "nobody");
     }
     if (has_run) continue;
-    if (callbacks_[i]->entity->kind() == EntityKind::timer) {
-      add("{} keeps its period: no run has shown it", "nobody");
+    if (model_.system.callbacks[i].is_timer) {
+      add("{} keeps its period: no run has shown it", "nobody", if_watched());
     }
     if (model_.system.callbacks[i].outputs.empty()) continue;
     add(callbacks_[i]->entity->kind() == EntityKind::service
@@ -391,7 +395,7 @@ void AssumptionFinder::add_what_nobody_says() {
   }
 }
 
-// A thread that holds the heap's lock keeps its priority.
+// A thread that holds the heap's lock keeps its priority. Those of DDS use the heap, too.
 void AssumptionFinder::add_heap() {
   const auto uses_heap = [](const ModelledProcess::Member& member) {
     const auto* const component = dynamic_cast<const KnowsExecutionTimes*>(member.node.get());
@@ -399,9 +403,11 @@ void AssumptionFinder::add_heap() {
   };
   for (std::size_t i = 0; i < callbacks_.size(); ++i) {
     const auto& nodes = process_of(i)->nodes;
-    const bool is_alone = std::all_of(parts_.begin(), parts_.end(), [&](const ModelledPart& part) {
-      return part.process != process_of(i) || &part == &parts_[model_.system.callbacks[i].executor];
-    });
+    const bool is_alone =
+        !joins_dds() && std::all_of(parts_.begin(), parts_.end(), [&](const ModelledPart& part) {
+          return part.process != process_of(i) ||
+                 &part == &parts_[model_.system.callbacks[i].executor];
+        });
     if (is_alone || !says_all(i) || std::none_of(nodes.begin(), nodes.end(), uses_heap)) continue;
     assume_of(i, "as_declared",
               "no execution of {} waits for the heap's lock, which a less urgent thread may hold");
@@ -421,7 +427,8 @@ void AssumptionFinder::add_what_nobody_says_of_loans(std::size_t from) {
   }
 }
 
-// A callback or a thread of a component may make another callback while the system runs.
+// A callback or a thread of a component may make another callback or publisher while the system
+// runs, and a component may have another node, which nobody knows.
 void AssumptionFinder::add_what_nodes_may_make() {
   for (const ModelledProcess& process : processes_) {
     for (const ModelledProcess::Member& member : process.nodes) {
@@ -433,13 +440,19 @@ void AssumptionFinder::add_what_nodes_may_make() {
                       [&](const MeasuredCallback& seen) {
                         return seen.executions != 0 && seen.name.starts_with(name + "/");
                       });
-      for (const auto& part : parts_of(process, member)) {
+      const auto add = [&](const char* text, std::optional<std::size_t> executor) {
         assume({.id = has_run ? "as_measured" : "as_declared",
                 .state = State::unchecked,
-                .text = "{} makes no other callbacks later",
+                .text = text,
                 .name = "'" + name + "'",
                 .source = has_run ? measured_source() : "nobody",
-                .executor = part});
+                .executor = executor});
+      };
+      add("{} makes no publisher later, and has no other node: what that sends may come to any "
+          "callback",
+          {});
+      for (const auto& part : parts_of(process, member)) {
+        add("{} makes no other callbacks later", part);
         assume({.id = "nothing_is_changed",
                 .state = if_watched(),
                 .text = "{} lets none of its callbacks go, and changes no parameters of them",

@@ -190,10 +190,10 @@ class ModelBuilder : public ChainFinder {
     add_callbacks();
     add_unknown_callbacks();
     place_threads();
+    link();
     for (std::size_t i = 0; i < callbacks_.size(); ++i) {
       is_dropped(i) ? set_discarding(i) : set_execution(i);
     }
-    link();
     add_publishers();
     cut_circles();
     for (std::size_t i = 0; i < callbacks_.size(); ++i) set_arrivals(i);
@@ -252,7 +252,7 @@ class ModelBuilder : public ChainFinder {
   void compare_arrivals(std::size_t callback, const analysis::ArrivalCurve& promised,
                         const std::vector<Nanoseconds>& seen, const char* what);
   bool is_timeout(const Entity& entity) const;
-  bool is_periodic(const Entity& entity) const;
+  bool is_periodic(std::size_t callback) const;
   std::optional<analysis::ArrivalCurve> arrivals_of(std::size_t callback, bool has_senders);
   std::optional<analysis::ArrivalCurve> measured_arrivals(const MeasuredCallback& seen) const;
   std::optional<analysis::ArrivalCurve> unexplained_arrivals(std::size_t callback) const;

@@ -32,6 +32,10 @@ void ModelBuilder::link() {
     if (kind == EntityKind::client) link_answers(to);
     if (kind == EntityKind::subscription) link_publishers(to);
   }
+  for (std::size_t from = 0; from < callbacks_.size(); ++from) {
+    for (const analysis::Output& output : model_.system.callbacks[from].outputs)
+      model_.callbacks[from].other_receivers += std::max<Count>(1, output.messages);
+  }
 }
 
 // Any callback of a node may ask through its clients, but that of a response only if it was seen:

@@ -244,6 +244,10 @@ void AssumptionFinder::add_overheads() {
     if (!sends(i)) continue;
     const std::size_t executor = model_.system.callbacks[i].executor;
     add("sending a message", stated.publish.count(), stated.publish, executor);
+    if (stated.publish.count() != 0 && model_.callbacks[i].other_receivers != 0) {
+      add("sending to a second subscription", stated.publish_receiver.count(),
+          stated.publish_receiver, executor);
+    }
     const auto& outputs = model_.system.callbacks[i].outputs;
     const bool leaves = std::any_of(outputs.begin(), outputs.end(), [&](const auto& output) {
       return process_of(output.to) != process_of(i);

@@ -62,11 +62,13 @@ bool ModelBuilder::is_timeout(const Entity& entity) const {
   });
 }
 
-// The library's alarms and time-outs are set by something else, and simulated time may run at any
-// speed.
-bool ModelBuilder::is_periodic(const Entity& entity) const {
+// The library's alarms and time-outs are set by something else, those of a component perhaps by its
+// code, and simulated time may run at any speed.
+bool ModelBuilder::is_periodic(std::size_t callback) const {
+  const Entity& entity = *callbacks_[callback]->entity;
   const auto* timer = dynamic_cast<const Timer*>(&entity);
-  if (timer == nullptr) return false;
+  const auto* sets = dynamic_cast<const SetsReleases*>(callbacks_[callback]->node.get());
+  if (timer == nullptr || sets != nullptr) return false;
   const auto simulated = timer->clock().as_simulated();
   if (simulated != nullptr && simulated->simulates()) return false;
   const bool is_alarm = entity.name().find('/') != std::string::npos;  // no user's name has one
@@ -109,7 +111,7 @@ void ModelBuilder::set_execution(std::size_t index) {
       seen == nullptr ? Nanoseconds::zero()
                       : Nanoseconds(static_cast<Nanoseconds::rep>(
                             static_cast<double>(seen->longest_execution.count()) * slowest));
-  const Nanoseconds known = std::max(said.value_or(Nanoseconds::zero()), shown);
+  const Nanoseconds known = std::max(exact, shown);
   Nanoseconds least{0}, longest{0};
   if (callback.described.execution) {
     facts.execution = Provenance::declared;
@@ -156,12 +158,14 @@ Nanoseconds ModelBuilder::sending(std::size_t index) {
   const ModelledProcess::Callback& callback = *callbacks_[index];
   const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callback.node.get());
   const auto sent = component != nullptr ? component->sends(callback.entity->name()) : std::nullopt;
+  analysis::Count& others = model_.callbacks[index].other_receivers;  // until now all of them
+  const auto messages = static_cast<analysis::Count>(sent ? sent->messages : 1);
+  others = std::max<analysis::Count>(0, others - messages);
   if (!sent) return Nanoseconds::zero();
-  const auto bytes = static_cast<std::int64_t>(sent->bytes);
-  return static_cast<std::int64_t>(sent->messages) * machine.publish +
-         Nanoseconds(static_cast<Nanoseconds::rep>(
-             std::ceil(static_cast<double>(machine.publish_megabyte.count()) *
-                       static_cast<double>(bytes) / 1e6)));
+  const double megabytes = static_cast<double>(sent->bytes) / 1e6;
+  const double written = megabytes * static_cast<double>(machine.publish_megabyte.count());
+  return messages * machine.publish + others * machine.publish_receiver +
+         Nanoseconds(static_cast<Nanoseconds::rep>(std::ceil(written)));
 }
 
 // What the file declares must not be less than what the component says; what a run has shown
@@ -309,7 +313,7 @@ ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const ArrivalDes
                                              bool has_senders) {
   const ModelledProcess::Callback& callback = *callbacks_[index];
   const analysis::Callback& described = model_.system.callbacks[index];
-  if (is_periodic(*callback.entity)) {
+  if (is_periodic(index)) {
     throw Error(
         fmt::format("'{}' is a timer, which is released every {}: it has no other 'arrival'",
                     described.name, to_string(callback.entity->period())),
@@ -346,7 +350,7 @@ std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool ha
   if (in_circle_.contains(index)) return ArrivalCurve::unknown();
   const EntityKind kind = callback.entity->kind();
   const MeasuredCallback* const seen = measured(index);
-  if (kind == EntityKind::timer && is_periodic(*callback.entity)) {
+  if (kind == EntityKind::timer && is_periodic(index)) {
     const ArrivalCurve curve = ArrivalCurve::periodic(callback.entity->period().count());
     if (seen != nullptr) compare_arrivals(index, curve, seen->least_distances, "period");
     return curve;
@@ -391,7 +395,7 @@ void ModelBuilder::set_arrivals(std::size_t index) {
         described.name);
   }
   const Entity& entity = *callbacks_[index]->entity;
-  if (entity.kind() != EntityKind::timer || !is_periodic(entity)) return;
+  if (entity.kind() != EntityKind::timer || !is_periodic(index)) return;
   described.is_timer = true;
   described.longest_gap = entity.period().count();
   model_.callbacks[index].period = entity.period();

@@ -95,8 +95,9 @@ struct SystemModel {
     std::string best_effort;    // why messages to it may be lost on their way; empty: they are not
     /// Its chain instance ends if it takes longer: `overrun: abort`.
     std::optional<Nanoseconds> given_up_after;
-    bool merges = false;  // what triggers it before it begins is served at once
-    bool skips = false;   // of a timer: a release that comes before the one before it has ended
+    analysis::Count other_receivers = 0;  // of what it sends at once, but for one of each message
+    bool merges = false;                  // what triggers it before it begins is served at once
+    bool skips = false;  // of a timer: a release that comes before the one before it has ended
     /// If it takes longer, a handler of its code runs, for a time that nobody knows.
     std::optional<Nanoseconds> handled_after;
     /// A publisher that lends its messages, and sends nothing when all are with somebody.

@@ -125,6 +125,24 @@ void Simulation::take_machine() {
              "correct its affinity, or `machine: cpus`", thread.where);
     }
   }
+  refuse_reservations();
+}
+
+// Which Linux would refuse on that machine.
+void Simulation::refuse_reservations() const {
+  std::vector<ThreadAttributes> threads;
+  for (const ExecutorDescription& executor : system_.executors) {
+    for (const std::string& name : executor.threads) {
+      if (const ThreadDescription* const found = find_thread(system_, name))
+        threads.push_back(found->attributes);
+    }
+  }
+  const std::chrono::duration<double> granted = *system_.machine.rt_runtime;
+  try {
+    check_admission(threads, static_cast<double>(system_.machine.cpus.size()) * granted.count());
+  } catch (const Error& error) {
+    throw Error(error.what(), {}, system_.file);
+  }
 }
 
 void Simulation::leave_out_surroundings() {
@@ -147,9 +165,17 @@ void Simulation::leave_out_surroundings() {
     used.insert(executor.threads.begin(), executor.threads.end());
     executor.wait = "auto";
   }
-  std::erase_if(system_.threads, [&](const ThreadDescription& thread) {
-    return is_of_container(thread.attributes.name) && !used.contains(thread.attributes.name);
-  });
+  // They keep their places, as a band ends below them, but not their names, so that none is made.
+  std::vector<std::string> left_out;
+  for (ThreadDescription& thread : system_.threads) {
+    std::string& name = thread.attributes.name;
+    if (!is_of_container(name) || used.contains(name)) continue;
+    if (is_realtime(thread.attributes.policy)) left_out.push_back("'" + name + "'");
+    name += " (not simulated)";
+  }
+  if (left_out.empty()) return;
+  notes_.push_back(
+      fmt::format("not simulated: what Takt's own threads do: {}", fmt::join(left_out, ", ")));
 }
 
 // ---- A run ----

@@ -71,7 +71,11 @@ ExecutionWatch::Limits limits_of(const SystemModel& model, const ModelBounds& bo
   }
   const analysis::Time bound = bounds.all.callbacks[index].bound;
   if (bound < kUnbounded) limits.bound = Nanoseconds(bound);
-  if (callback.is_timer || !callback.arrivals || has_senders(model, index)) return limits;
+  if (callback.is_timer) {  // its code may set its releases
+    limits.distances = {model.callbacks[index].period};
+    return limits;
+  }
+  if (!callback.arrivals || has_senders(model, index)) return limits;
   for (analysis::Count count = 2; count <= kMostArrivals; ++count) {
     limits.distances.emplace_back(callback.arrivals->least_distance(count));
   }
@@ -126,6 +130,7 @@ BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
     watched.outside = callback.arrivals;
     const ExecutionWatch::Limits limits = limits_of(model, bounds, i);
     watched.bound = limits.bound;
+    watched.is_silent = !callback.is_timer && !callback.arrivals && !has_senders(model, i);
     watched.entity = process.callbacks[i].entity;
     watched.node = process.callbacks[i].node;
     watched.parameters = process.callbacks[i].parameters();
@@ -263,6 +268,11 @@ void BoundWatch::look_at_callback(Watched& callback, const CallbackStatistics& c
            fmt::format("arrivals of '{}' came within {}, and no less than {} was assumed",
                        callback.name, ms(closest), ms(least)),
            close_ones, callback.chains);
+  }
+  if (callback.is_silent && counted.received > counted.from_outside) {
+    report(callback.arrivals, callback.name + " runs",
+           fmt::format("'{}' ran, and nothing was to come to it", callback.name), counted.received,
+           all_);
   }
   look_at_what_comes_from_outside(callback, counted.from_outside);
   const std::uint64_t lost = counted.dropped + (is_over ? 0 : counted.skipped);

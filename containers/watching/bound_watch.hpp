@@ -60,7 +60,8 @@ class BoundWatch {
     std::uint64_t from_outside = 0;                 // at the last look that compared them, then:
     TimePoint compared{};
     std::shared_ptr<ExecutionWatch> watch;
-    Nanoseconds bound{0};  // 0: none
+    Nanoseconds bound{0};    // 0: none
+    bool is_silent = false;  // nothing was to come to it
     std::weak_ptr<const Entity> entity;
     std::weak_ptr<const Node> node;
     CallbackParameters parameters;  // as they were analysed

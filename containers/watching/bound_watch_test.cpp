@@ -45,6 +45,10 @@ std::atomic<bool> must_hang{false}, hangs{false};
 std::atomic<bool> must_demote{false};
 /// The next execution makes another timer, or changes its own parameters; unset when it has.
 std::atomic<bool> must_make{false}, must_change{false};
+/// Each execution sends to `u`, by a publisher that it makes.
+std::atomic<bool> must_send{false};
+/// Each execution gives its timer a release of its own, soon.
+std::atomic<bool> must_hurry{false};
 /// No execution sends.
 std::atomic<bool> sends_nothing{false};
 
@@ -76,6 +80,8 @@ class WatchedSender : public Node {
         set_callback_parameters({.callbacks = {{"tick", {.priority = 7}}}});
         must_change.store(false);
       }
+      if (must_send.load()) create_publisher<Seen>("u", 10)->publish(Seen{});
+      if (must_hurry.load()) timer_->release_at(timer_->due() - 9ms);
       if (must_demote.load()) {
         apply({.name = "one", .policy = ThreadPolicy::batch}, Realtime::prefer);
         must_demote.store(false);
@@ -96,10 +102,11 @@ class WatchedReceiver : public Node {
  public:
   explicit WatchedReceiver(const NodeOptions& options)
       : Node("receiver", options),
-        subscription_(create_subscription<Seen>("t", 10, [](const Seen&) {})) {}
+        subscription_(create_subscription<Seen>("t", 10, [](const Seen&) {})),
+        other_(create_subscription<Seen>("u", 10, [](const Seen&) {})) {}
 
  private:
-  std::shared_ptr<void> subscription_;
+  std::shared_ptr<void> subscription_, other_;
 };
 
 /// Is triggered twice, one after the other.
@@ -263,6 +270,30 @@ TEST(BoundWatch, SeesSimulatedTime) {
 }
 
 // Something triggers more often than its arrival states.
+TEST(BoundWatch, SeesTimersThatComeTooOften) {
+  const auto comes_too_often = Contains(is("as_declared", "arrivals of '/s/tick' came within"));
+  EXPECT_THAT(deviations_of(with_work(0)), Not(comes_too_often));
+  must_hurry.store(true);
+  const auto found = deviations_of(with_work(0), [](Container& container) {
+    EXPECT_TRUE(eventually([&] {  // one of these is on time
+      const auto rows = container.statistics().callbacks;
+      return std::any_of(rows.begin(), rows.end(),
+                         [](const auto& each) { return each.received >= 20; });
+    }));
+  });
+  EXPECT_THAT(found, comes_too_often);
+  must_hurry.store(false);
+}
+
+// A publisher that nobody knew of: what it sends took no time in the analysis.
+TEST(BoundWatch, SeesWhatNothingWasToSend) {
+  const auto runs = Contains(is("as_declared", "'/r/u' ran, and nothing was to come to it"));
+  EXPECT_THAT(deviations_of(with_work(0)), Not(runs));
+  must_send.store(true);
+  EXPECT_THAT(deviations_of(with_work(0)), runs);
+  must_send.store(false);
+}
+
 TEST(BoundWatch, SeesTriggersThatComeTooOften) {
   const auto found = deviations_of(with_work(0) + R"(    - component: takt::test::WatchedTriggered
       name: g

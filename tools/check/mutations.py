@@ -148,6 +148,11 @@ MUTATIONS = {
     "a model is from here": (
         "containers/model/model_assumptions.cpp", "‹if (measured_->differs.empty()) continue;›",
         "continue;", GUARANTEES),
+    "a period says how often code releases a timer": (
+        "containers/model/system_model.cpp", "timer == nullptr || «sets != nullptr»",
+        "false", GUARANTEES),
+    "a component makes no publisher later": (
+        "containers/model/model_assumptions.cpp", "‹      add(\"{} makes no publisher later, and has no other node: what that sends may come to any \"\n          \"callback\",\n          {});›", "", GUARANTEES),
     "the start is over": (
         "containers/model/model_assumptions.cpp", "«end->qos().durability == Durability::transient_local»",
         "false", GUARANTEES),
@@ -240,7 +245,7 @@ MUTATIONS |= {
          "longest"),
         ("equal deadlines", "methods/points.cpp", "«offset + 1 + own_point - other.point»", "offset + own_point - other.point"),
         ("jitter between executors", "analysis.cpp",
-         "«root.curve.with_jitter(plus(span.latest_end, held) - earliest)»",
+         "«root.curve.with_jitter(jitter)»",
          "root.curve"),
         ("other groups take no turn", "methods/turns.cpp", "«plus(execution, round)»", "execution"),
         ("the rest of a snapshot", "methods/snapshots.cpp",

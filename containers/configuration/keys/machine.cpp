@@ -35,7 +35,10 @@ void ConfigurationReader::read_overheads(const Value& value) {
   MachineDescription& machine = system_.machine;
   const auto publishing = [&](const Value& map) {
     read_map(map, "a publishing overhead",
-             {{"message", "For each message.", into_duration(machine.publish, [] {}), true},
+             {{"message", "For each message, to one subscription.",
+               into_duration(machine.publish, [] {}), true},
+              {"receiver", "For each other subscription that gets it, besides. By default, 0.",
+               into_duration(machine.publish_receiver, [] {})},
               {"megabyte", "For each megabyte of it, besides. By default, 0.",
                into_duration(machine.publish_megabyte, [] {})}});
   };
@@ -81,6 +84,7 @@ SystemReader::Read ConfigurationReader::into_cpus(std::vector<int>& cpus) {
         }
         cpus.push_back(cpu);
       })(value);
+      check_is_some(value, errors_);
     } else {
       into(count, 1, 1024)(value);
     }

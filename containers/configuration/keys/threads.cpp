@@ -53,6 +53,7 @@ void ConfigurationReader::read_thread(const Value& value) {
         noting(is_sound, into_duration(asked.deadline, [] {}))},
        {"period", "For SCHED_DEADLINE. The kernel accepts `100us` to about `4.19s`.",
         noting(is_sound, into_duration(asked.period, [] {}))}});
+  if (const Value* cpus = document::find(value, "affinity")) check_is_some(*cpus, errors_);
   // Skip the checks after an unknown key: it may be a misspelt key that a check would report as
   // missing.
   is_sound &= fits;

@@ -91,15 +91,27 @@ json simulations_json(const AnalyzedFile& file) {
           {"notes", file.simulated->notes}};
 }
 
-json assumption_json(const Assumption& assumption) {
+/// What would make an assumption needless here; empty: nothing is known.
+std::string remedy_here(const AnalyzedFile& file, const Assumption& assumption) {
   const AssumptionKind* const kind = assumption_kind(assumption.id);
-  const auto text = [](std::string_view of) { return of.empty() ? json() : json(of); };
+  if (kind == nullptr) return {};
+  return remedy_of(*kind, file.may_be_watched() && !file.system.watches_bounds);
+}
+
+/// When Takt looks here; empty: it cannot.
+std::string check_here(const AnalyzedFile& file, const Assumption& assumption) {
+  const AssumptionKind* const kind = assumption_kind(assumption.id);
+  return kind != nullptr ? check_of(*kind, file.may_be_watched()) : "";
+}
+
+json assumption_json(const AnalyzedFile& file, const Assumption& assumption) {
+  const auto text = [](const std::string& of) { return of.empty() ? json() : json(of); };
   return {{"id", assumption.id},
           {"text", assumption.text},
           {"source", assumption.source},
           {"state", to_string(assumption.state)},
-          {"check", kind != nullptr ? text(kind->check) : json()},
-          {"remedy", kind != nullptr ? text(kind->remedy) : json()},
+          {"check", text(check_here(file, assumption))},
+          {"remedy", text(remedy_here(file, assumption))},
           {"accepted", text(assumption.accepted)}};
 }
 
@@ -124,7 +136,7 @@ json chain_json(const AnalyzedFile& file, std::size_t index) {
                  {"missing", json::array()},
                  {"segments", json::array()}});
   for (const Assumption& assumption : chain.assumptions) {
-    result["assumptions"].push_back(assumption_json(assumption));
+    result["assumptions"].push_back(assumption_json(file, assumption));
   }
   for (const Assumption* assumption : missing(chain, bound)) {
     result["missing"].push_back(assumption->id);
@@ -167,7 +179,8 @@ json callback_json(const AnalyzedFile& file, std::size_t index) {
 }
 
 /// What keeps the bound of a chain from being a guarantee, and what would change that.
-void print_missing(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
+void print_missing(const AnalyzedFile& file, const SystemModel::Chain& chain,
+                   const ModelBounds::Chain& bound) {
   rt::print("{} is {}\n", chain.name, to_string(verdict(chain, bound)));
   if (bound.bound && chain.observed > *bound.bound) {
     rt::print("  {} took {} ms in the measured run, its bound is {} ms: one of these is not so\n",
@@ -180,13 +193,12 @@ void print_missing(const SystemModel::Chain& chain, const ModelBounds::Chain& bo
     const bool is_covered = assumption->state != Assumption::State::not_covered;
     rt::print("  {}: {} ({})\n", assumption->id, assumption->text,
               is_covered && assumption->source == "nobody" ? "nobody says so" : assumption->source);
-    const AssumptionKind* const kind = assumption_kind(assumption->id);
-    if (kind == nullptr) continue;
+    const std::string remedy = remedy_here(file, *assumption);
     const bool may_accept =
         assumption->state == Assumption::State::unchecked && assumption->accepted.empty();
-    if (!may_accept && kind->remedy.empty()) continue;
+    if (!may_accept && remedy.empty()) continue;
     const std::string accept = fmt::format("`accept: {{{}: 'why it holds'}}`", assumption->id);
-    rt::print("    → {}{}{}\n", kind->remedy, may_accept && !kind->remedy.empty() ? "; or " : "",
+    rt::print("    → {}{}{}\n", remedy, may_accept && !remedy.empty() ? "; or " : "",
               may_accept ? accept : "");
   }
 }
@@ -249,7 +261,8 @@ void print_chains(const AnalyzedFile& file) {
     if (found == Verdict::missed || found == Verdict::refuted || found == Verdict::may_lose) {
       rt::print("{} {}\n", chain.name, why_not_guaranteed(chain, bound));
     }
-    if (found == Verdict::bounded_if || found == Verdict::not_covered) print_missing(chain, bound);
+    if (found == Verdict::bounded_if || found == Verdict::not_covered)
+      print_missing(file, chain, bound);
     if (found == Verdict::guaranteed && !bound.why_lossy.empty()) {
       rt::print("{} is guaranteed for {}: {}\n", chain.name,
                 bound.one_of == 0 ? "the instances that come through, however few"
@@ -362,6 +375,22 @@ void print_summary(const AnalyzedFile& file) {
   }
 }
 
+// "checked while it runs, …", "unchecked: several processes are not watched".
+std::string state_here(const AnalyzedFile& file, const Assumption& assumption) {
+  std::string result(to_string(assumption.state));
+  if (!assumption.accepted.empty()) return "accepted: " + assumption.accepted;
+  if (assumption.state == Assumption::State::checked)
+    return result + " " + check_here(file, assumption);
+  const AssumptionKind* const kind = assumption_kind(assumption.id);
+  const bool would_be_watched = kind != nullptr && !kind->watched.empty();
+  if (assumption.state != Assumption::State::unchecked || !would_be_watched ||
+      file.may_be_watched()) {
+    return result;
+  }
+  return result + (file.program != nullptr ? ": a program is not watched"
+                                           : ": several processes are not watched");
+}
+
 }  // namespace
 
 json analysis_json(const AnalyzedFile& file) {
@@ -402,13 +431,8 @@ void print_analysis(const AnalyzedFile& file) {
   rt::print("assumptions\n");
   for (std::size_t i = 0; i < file.model.assumptions.size(); ++i) {
     const Assumption& each = file.model.assumptions[i];
-    const AssumptionKind* const kind = assumption_kind(each.id);
-    const bool is_checked =
-        each.state == Assumption::State::checked && kind != nullptr && !kind->check.empty();
-    const std::string state = is_checked               ? fmt::format("checked {}", kind->check)
-                              : !each.accepted.empty() ? "accepted: " + each.accepted
-                                                       : std::string(to_string(each.state));
-    rt::print("  {}  {}: {} ({}; {})\n", i + 1, each.id, each.text, each.source, state);
+    rt::print("  {}  {}: {} ({}; {})\n", i + 1, each.id, each.text, each.source,
+              state_here(file, each));
   }
 }
 

@@ -60,6 +60,8 @@ struct AnalyzedFile {
   bool is_all_guaranteed() const;
   /// Whether a run has shown that a deadline is missed, or a bound wrong.
   bool is_contradicted() const;
+  /// Whether `analysis: {watch: true}` is possible: each process knows only its part.
+  bool may_be_watched() const { return processes.size() == 1 && program == nullptr; }
   /// What a run has shown of a chain; nullptr: nothing.
   const MeasuredChain* observed(const SystemModel::Chain& chain) const;
 };

@@ -25,6 +25,8 @@ using SteadyClock = std::chrono::steady_clock;
 constexpr std::size_t kSamples = 1000;
 constexpr double kShare = 0.999;
 constexpr int kPriority = 80;
+/// Subscriptions of one message in the measurement of each.
+constexpr std::size_t kReceivers = 4;
 /// What callbacks write at most at once in the measurement of memory.
 constexpr std::size_t kMegabytes = 4;
 
@@ -41,16 +43,41 @@ ThreadAttributes attributes() {
           .affinity = {available_cpus().front()}};
 }
 
+/// Sleeps until a message comes, so that who sends it has to wake its thread.
+class Receiver {
+ public:
+  explicit Receiver(std::size_t number)
+      : node_(std::make_shared<Node>("receiver" + std::to_string(number))),
+        subscription_(node_->create_subscription<std_msgs::msg::String>(
+            "/overheads", 10, [](const std_msgs::msg::String&) {})),
+        executor_(executors().make(
+            "events", {.name = "receiver",
+                       .threads = {{.name = "receiver", .affinity = {available_cpus().back()}}}})) {
+    executor_->add_node(node_);
+    thread_ = std::thread([this] { executor_->spin(); });
+  }
+  ~Receiver() {
+    executor_->cancel();
+    thread_.join();
+  }
+
+ private:
+  const std::shared_ptr<Node> node_;
+  const std::shared_ptr<void> subscription_;
+  const std::unique_ptr<Executor> executor_;
+  std::thread thread_;
+};
+
 /// Two timers that are due together: how late the first one is, and how long it takes from the end
 /// of its callback to the begin of the other; and how long it takes to publish a small message.
 struct Rounds {
   Times wakes, dispatches, publications;
 
-  void run() {
+  explicit Rounds(std::size_t receivers) {
     const auto node = std::make_shared<Node>("overheads");
-    const auto publisher = node->create_publisher<std_msgs::msg::String>("overheads", 10);
-    const auto subscription = node->create_subscription<std_msgs::msg::String>(
-        "overheads", 10, [](const std_msgs::msg::String&) {});
+    const auto publisher = node->create_publisher<std_msgs::msg::String>("/overheads", 10);
+    std::vector<std::unique_ptr<Receiver>> all;
+    while (all.size() < receivers) all.push_back(std::make_unique<Receiver>(all.size()));
     const std::unique_ptr<Executor> executor =
         executors().make("events", {.name = "overheads", .threads = {attributes()}});
     TimePoint end{};
@@ -112,11 +139,11 @@ Nanoseconds measure_megabyte() {
 }  // namespace
 
 void measure_overheads(MachineDescription& machine, MachineFacts& facts) {
-  Rounds rounds;
-  rounds.run();
+  const Rounds rounds(1), several(kReceivers);
   machine.wake = percentile(rounds.wakes);
   machine.dispatch = percentile(rounds.dispatches);
   machine.publish = percentile(rounds.publications);
+  machine.publish_receiver = percentile(several.publications) / kReceivers;
   machine.change = measure_switch();
   machine.publish_megabyte = measure_megabyte();
   facts.overhead_samples = kSamples;

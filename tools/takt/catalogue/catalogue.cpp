@@ -80,6 +80,7 @@ SystemDescription read_system_as(const std::string& path, const std::string& as,
 CLI::Option* as_option(CLI::App& command, std::string& as) {
   // Precedes the environment, as all options do, and that of its children.
   const auto take = [&as](const std::string& word) {
+    if (!as.empty()) throw CLI::ArgumentMismatch::AtMost("--as", 1, 2);  // it is taken at once
     as = word;
     for (const char* const other : {"TAKT_EXECUTOR", "TAKT_PLACEMENT", "TAKT_SCHEDULER"})
       unsetenv(other);

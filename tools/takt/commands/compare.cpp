@@ -91,6 +91,19 @@ std::string what_differs(const Comparison& row) {
   return text;
 }
 
+/// Runs `function` for the row. One of `--as all` that cannot run the file is left out.
+template <class Function>
+void run_row(Comparison& row, const Options& options, Function&& function) {
+  if (row.is_refused) return;
+  try {
+    function();
+  } catch (const Refused&) {
+    if (row.placement != kAs || options.as != "all") throw;
+    row.is_refused = true;
+    rt::to_stderr("note: left out: {} cannot run '{}', see above\n", what_differs(row), row.file);
+  }
+}
+
 /// Runs all rows in turn for each repeat.
 void run_in_turn(std::vector<Comparison>& rows, const Options& options, const EndSignals& signals,
                  std::vector<rt::Run>& runs) {
@@ -100,10 +113,12 @@ void run_in_turn(std::vector<Comparison>& rows, const Options& options, const En
   for (int repeat = 0; repeat < options.repeat; ++repeat) {
     for (Comparison& row : rows) {
       line.step(what_differs(row), runs.size(), total, asked);
-      rt::Run run = run_once(words_of(row, options), signals, !program_words().empty());
-      run.repeat = static_cast<std::uint64_t>(repeat);
-      add_run(row, run, asked);
-      runs.push_back(std::move(run));
+      run_row(row, options, [&] {
+        rt::Run run = run_once(words_of(row, options), signals, !program_words().empty());
+        run.repeat = static_cast<std::uint64_t>(repeat);
+        add_run(row, run, asked);
+        runs.push_back(std::move(run));
+      });
     }
   }
 }
@@ -114,11 +129,13 @@ void simulate(std::vector<Comparison>& rows, const Options& options, const EndSi
   LiveLine line("simulating");
   for (std::size_t i = 0; i < rows.size(); ++i) {
     line.step(what_differs(rows[i]), i, rows.size(), Nanoseconds::zero());
-    const nlohmann::json result = run_again(words_of(rows[i], options), signals, true);
-    for (rt::Run& run : rt::read_runs(result, "")) {
-      add_run(rows[i], run, parse_run_time(options.duration));
-      runs.push_back(std::move(run));
-    }
+    run_row(rows[i], options, [&] {
+      const nlohmann::json result = run_again(words_of(rows[i], options), signals, true);
+      for (rt::Run& run : rt::read_runs(result, "")) {
+        add_run(rows[i], run, parse_run_time(options.duration));
+        runs.push_back(std::move(run));
+      }
+    });
   }
 }
 
@@ -380,7 +397,8 @@ void compare(Options options) {
   if (!options.bundle.empty()) files = bundled_files(options);
   begin_work();
   auto [runs, interrupted] = measure(rows, options);
-  if (runs.empty()) throw Interrupted(*interrupted);
+  if (runs.empty() && interrupted) throw Interrupted(*interrupted);
+  if (runs.empty()) throw Error("none of these can run the file", "see their messages above");
   const std::vector<Compared> compared = compare_rows(runs, against);
   for (const std::string& note : stored_notes(runs, against)) rt::to_stderr("note: {}\n", note);
   note_deviations(runs);

@@ -140,8 +140,8 @@ std::string guarantees_reference() {
       "| id | what is assumed | when Takt looks | what makes it needless |\n|---|---|---|---|\n";
   for (const AssumptionKind& kind : assumption_kinds()) {
     const auto or_dash = [](std::string_view text) { return text.empty() ? "–" : text; };
-    page += fmt::format("| `{}` | {} | {} | {} |\n", kind.id, kind.meaning, or_dash(kind.check),
-                        or_dash(kind.remedy));
+    page += fmt::format("| `{}` | {} | {} | {} |\n", kind.id, kind.meaning,
+                        or_dash(check_of(kind, true)), or_dash(remedy_of(kind, true)));
   }
   page +=
       "\n## What counts, and how\n\n"

@@ -57,6 +57,7 @@ std::vector<MeasuredComponent> components_of(const SystemDescription& system) {
   std::vector<MeasuredComponent> result;
   for (const ComponentDescription& component : system.components) {
     Digest digest;
+    digest.add(TAKT_VERSION);
     digest.add(component.type);
     if (!add_content(library_of(component), digest)) continue;
     for (const auto& [name, value] : component.parameters) {

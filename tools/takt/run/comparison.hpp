@@ -35,8 +35,9 @@ struct Comparison {
   Setup setup;  // of the first run
   Totals totals;
   rt::Run::Releases releases;
-  double seconds = 0;    // of all repeats
-  bool is_long = false;  // one took longer than was asked for
+  double seconds = 0;       // of all repeats
+  bool is_long = false;     // one took longer than was asked for
+  bool is_refused = false;  // it cannot run the file
   // One value for each repeat; tables show the median.
   std::vector<double> cpu_percent, wakeups_per_s, pss_mb;
 };

@@ -133,8 +133,10 @@ nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signa
         of);
   }
   if (status != 0) {
-    throw Error(fmt::format("a run ended with status {}", WEXITSTATUS(status)),
-                "see its message above");
+    const std::string what = fmt::format("a run ended with status {}", WEXITSTATUS(status));
+    const char* const hint = "see its message above";
+    if (WEXITSTATUS(status) == kBadUsage) throw Refused(what, hint);
+    throw Error(what, hint);
   }
   nlohmann::json result = rt::json_or_null(text);
   if (!result.is_object()) throw Error("a run has written no result", "see its message above");

@@ -22,12 +22,18 @@ namespace takt::tools {
 /// on the default domain would distort what it measures.
 void use_own_domain();
 
+/// What run_again was to run cannot run at all (kBadUsage); it has said why.
+class Refused : public Error {
+ public:
+  using Error::Error;
+};
+
 /// Runs `takt WORDS…`, of which the second may be its file, in a child process, without the
 /// variables TAKT_EXECUTOR, TAKT_PLACEMENT and TAKT_SCHEDULER, so that each measurement starts from
-/// the same state, and reads the JSON that it writes to stdout. Throws Error if it fails; its
-/// message is on stderr. When a signal arrives, ends the child and throws Interrupted; a second
-/// signal kills the child. The child does not receive Ctrl-C from the terminal. `is_quiet`: what it
-/// writes to stderr is shown only if it fails.
+/// the same state, and reads the JSON that it writes to stdout. Throws Error if it fails, Refused
+/// if its words or its file are wrong; its message is on stderr. When a signal arrives, ends the
+/// child and throws Interrupted; a second signal kills the child. The child does not receive Ctrl-C
+/// from the terminal. `is_quiet`: what it writes to stderr is shown only if it fails.
 nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signals,
                          bool is_quiet = false);
 

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "takt/containers/configuration/configuration_file_test.hpp"
@@ -122,6 +123,48 @@ container:
     const SimulatedRun run = simulation.run({});
     EXPECT_EQ(run.result.chains.at(0).statistics.latency.max(), bound) << to_string(duration);
   }
+}
+
+constexpr std::string_view kOneTimer = R"(
+executors: {default: {type: events, threads: [a]}}
+container:
+  name: robot
+  components:
+    - {component: takt::Workload, name: x, executor: default, parameters: {publishers: {topic: [x], period_us: [10000], work_us: [500]}}}
+)";
+
+// On a machine with fewer CPUs than the file, as of --cpus.
+TEST(SimulatedMachine, RefusesReservationsThatLinuxWouldRefuse) {
+  SystemDescription system =
+      ConfigurationFile("system.yaml",
+                        "machine: {cpus: 2, rt_runtime: 950ms}\n"
+                        "threads: {a: {policy: SCHED_DEADLINE, runtime: 9600us, period: 10ms}}" +
+                            std::string(kOneTimer))
+          .read();
+  const Simulation of_two(system, {.overrides = {}, .measured = {}, .duration = 10ms});
+  system.machine.cpus = {0};
+  EXPECT_THAT(
+      [&] { const Simulation of_one(system, {.overrides = {}, .measured = {}, .duration = 10ms}); },
+      ::testing::ThrowsMessage<Error>(::testing::HasSubstr(
+          "system.yaml: SCHED_DEADLINE threads reserve 0.96 CPUs, of 0.95 that there are for "
+          "them")));
+}
+
+// It had a band as if the file did not have the thread, which a run takes for the end of the band.
+TEST(SimulatedMachine, ABandEndsBelowTaktsOwnThreads) {
+  const SystemDescription system = ConfigurationFile("system.yaml", R"(
+machine: {cpus: [0], rt_runtime: unlimited}
+threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}, watchdog: {policy: SCHED_FIFO, priority: 62, affinity: [0]}})" +
+                                                                        std::string(kOneTimer))
+                                       .read();
+  const Simulation simulation(
+      system, {.overrides = {.executor = "preemptive"}, .measured = {}, .duration = 20ms});
+  EXPECT_THAT(simulation.notes(),
+              ::testing::Contains("not simulated: what Takt's own threads do: 'watchdog'"));
+  std::vector<std::string> threads;
+  for (const auto& thread : simulation.run({}).result.threads)
+    threads.push_back(thread.statistics.asked.name);
+  EXPECT_THAT(threads, ::testing::ElementsAre("a-60", "a-61"));
 }
 
 }  // namespace

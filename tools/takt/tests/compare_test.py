@@ -98,6 +98,7 @@ for words in (("one.yaml", "--executor", "events"), ("one.yaml", "--scheduler", 
     _, errors = run("run", "--as", "picas", *words, status=2)
     check(f"--as goes not with {words[1]}", "--as" in errors, errors)
 for words, part in ((("--as", "events", "--executors", "events"), "both name 'events'"), (("--as", "picas,,multi"), "has an empty entry"),
+                    (("--as", "picas", "--as", "events"), "--as is given more than once"),
                     (("--as", "picas", "--schedulers", "edf"), "--as has its own"), (("--as", "picas,picas"), "'picas' is given twice")):
     _, errors = run("compare", "one.yaml", *words, status=2)
     check(f"takt compare refuses {' '.join(words)}", part in errors and errors.count("\n") == 1, errors)
@@ -229,6 +230,20 @@ check("takt run writes CSV, too", {row["of"] for row in rows} >= {"timer", "subs
 check("without histograms unless asked", not any("bucket" in row["figure"] for row in rows))
 shown, _ = run("run", system, "--duration", "200ms", "--csv", "-", "--histograms")
 check("with them if asked", any("bucket" in row["figure"] for row in lines_of(shown)))
+# ---- What cannot run the file ----
+pathlib.Path("reserved.yaml").write_text("""
+machine: {cpus: 2, rt_runtime: 950ms}
+threads: {a: {policy: SCHED_DEADLINE, runtime: 9600us, period: 10ms}}
+executors: {e: {type: events, threads: [a]}}
+container:
+  components:
+    - {component: takt::Workload, name: x, executor: e, parameters: {publishers: {topic: [x], period_us: [20000], work_us: [500]}}}
+""")
+shown, errors = run("compare", "reserved.yaml", "--as", "all", "--simulate", "--duration", "100ms", "--json", "-")
+served = {row["executor"] for row in json.loads(shown)["runs"]}
+check("of --as all, what cannot run the file is left out, by name", "left out: multi cannot run 'reserved.yaml'" in errors
+      and "SCHED_DEADLINE threads reserve 1.92 CPUs, of 1.9" in errors, errors)
+check("and all others run", {"events", "single"} <= served and "multi" not in served, served)
 # ---- A watched file ----
 pathlib.Path("watched.yaml").write_text("""
 machine: {exclusive: true, rt_runtime: unlimited}

@@ -25,7 +25,7 @@ MOST_ASSUMPTIONS = 3
 WAKE_US = 3000  # of a virtual machine whose host has others
 LOCKED = f"""realtime: require
 memory: {{lock: true}}
-machine: {{overheads: {{dispatch: 50us, wake: {WAKE_US}us, switch: 20us, publish: {{message: 20us, megabyte: 1ms}}}}}}
+machine: {{overheads: {{dispatch: 50us, wake: {WAKE_US}us, switch: 20us, publish: {{message: 20us, receiver: 20us, megabyte: 1ms}}}}}}
 """
 PREPARED = LOCKED + "analysis: {watch: true}\n"
 ON_CPU_0 = "policy: SCHED_FIFO, priority: {}, affinity: [0]"
