@@ -146,6 +146,35 @@ TEST(Keys, CriticalityOrders) {
   EXPECT_EQ(file.bound(), before);
 }
 
+// By rate, a fast timer comes before the one of the chain, which by chains is the most urgent.
+TEST(Keys, RatesMayGivePriorities) {
+  const auto bound = [](const std::string& top) {
+    return *bound_of(top + R"(
+threads: {one: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
+executors: {default: {type: events, scheduler: fixed_priority, threads: [one]}}
+chains: [{name: c, path: [a/b_timer]}]
+container: {components: [{component: takt::Workload, name: a, executor: default, parameters: {publishers: {topic: [a, b, c], period_us: [10000, 50000, 50000], work_us: [1000, 2000, 2000]}}}]}
+)")
+                .bound;
+  };
+  EXPECT_GE(bound("priorities: rate_monotonic"), bound("") + 1ms);
+}
+
+TEST(Keys, AParameterFileGivesParameters) {
+  const ConfigurationFile params("params.yaml",
+                                 "/x: {ros__parameters: {publishers: {topic: [x], "
+                                 "period_us: [10000], work_us: [3000]}}}");
+  EXPECT_EQ(bound_of(R"(
+machine: {rt_runtime: 1s}
+threads: {one: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
+executors: {default: {type: events, threads: [one]}}
+chains: [{name: c, path: [x/x_timer]}]
+container: {components: [{component: takt::Workload, name: x, executor: default, parameters_file: ')" +
+                     params.path() + "'}]}\n")
+                .bound,
+            3ms);
+}
+
 TEST(Keys, OutputsAndTheShortestExecutionMakeJitter) {
   KeyedFile file;
   const auto least = [&] { return file.analyzed().model.system.callbacks[0].least_execution; };
