@@ -231,6 +231,16 @@ std::vector<BundledFile> read_bundle(const std::string& path) {
   return files;
 }
 
+std::string version_of(const std::vector<BundledFile>& files) {
+  for (const BundledFile& file : files) {
+    if (file.path != kManifest) continue;
+    const json made = rt::json_or_null(file.content).value("takt", json());
+    const json version = made.is_object() ? made.value("version", json()) : json();
+    return version.is_string() ? version.get<std::string>() : "";
+  }
+  return "";
+}
+
 std::string folder_of_bundle(const std::string& path) {
   std::string name = fs::path(path).filename();
   const std::size_t end = name.find(".tar");

@@ -28,6 +28,9 @@ void write_bundle(const std::string& path, std::vector<BundledFile> files);
 /// guards against accidents: it is of the maker of the bundle.
 std::vector<BundledFile> read_bundle(const std::string& path);
 
+/// Which version of Takt made the bundle, as its manifest says; empty: it does not.
+std::string version_of(const std::vector<BundledFile>& files);
+
 /// Throws Error for a path that no bundle has: one that leads out, or has signs that a terminal or
 /// a shell would interpret, or begins with '-', or is that of a file that each bundle has.
 void check_bundled_name(const std::string& path);

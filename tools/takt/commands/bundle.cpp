@@ -12,6 +12,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/printable.hpp"
+#include "takt/base/version.hpp"
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
@@ -29,6 +30,9 @@ void print(const std::vector<BundledFile>& files) {
   Table table({"file", "bytes"});
   for (const BundledFile& file : files) table.add({file.path, std::to_string(file.content.size())});
   table.print("files");
+  const std::string version = version_of(files);
+  rt::print("\nmade by Takt {}; this is {}\n", version.empty() ? "?" : printable(version),
+            TAKT_VERSION);
   const auto script = std::find_if(files.begin(), files.end(),
                                    [](const BundledFile& file) { return file.path == kRunScript; });
   rt::print("\nits script `{}`:\n\n{}", kRunScript, printable(script->content, Lines::keep));

@@ -11,6 +11,7 @@ import io
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -65,6 +66,7 @@ check("its files are there", sorted(str(path.relative_to(there)) for path in the
       ["before.compared.json", "bundle.json", "own.yaml", "parts/libmine.so", "parts/motor.yaml", "robot.yaml", "run"], list(there.rglob("*")))
 script = (there / "run").read_text()
 check("it shows its script, and runs nothing", script in shown and "nothing was run" in shown and "ratios" not in shown, shown)
+check("it says which Takt made it", re.search(r"^made by Takt (\d+\.\d+\.\d+); this is \1$", shown, re.M), shown)
 check("with the words of the comparison", "compare robot.yaml --executors file,single_threaded --as own.yaml --duration 1s --repeat 6 "
       "--simulate --against before" in script, script)
 manifest = json.loads((there / "bundle.json").read_text())["files"]
