@@ -10,6 +10,7 @@
 
 #include "takt/containers/configuration/configuration_file_test.hpp"
 #include "takt/containers/container.hpp"
+#include "takt/containers/simulation/simulation.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
 
 namespace takt {
@@ -104,6 +105,38 @@ TEST(ExecutorLibrary, TheThreadsOfTheFileAndTheStatisticsAreThoseOfABuiltInExecu
   EXPECT_EQ(executors().description("sound"), "every event at once, for two threads");
 }
 
+class Metronome : public Node {
+ public:
+  explicit Metronome(const NodeOptions& options) : Node("metronome", options) {
+    timer_ = create_timer("beat", 10ms, [] {});
+  }
+
+ private:
+  std::shared_ptr<Timer> timer_;
+};
+
+TEST(ExecutorLibrary, IsSimulatedIfItIsOfTheEngine) {
+  const auto executions = [](const std::string& type) {
+    const ExecutorsFile file("library: libbeside.so, type: " + type, "machine: {cpus: 2}\n");
+    SystemDescription system = file.read();
+    system.components.front().type = "takt::Metronome";
+    system.components.front().callbacks["beat"].execution = {1us, 1us};
+    return Simulation(system, {.overrides = {}, .measured = {}, .duration = 1s}).run({}).executions;
+  };
+  for (const char* type : {"sound", "also_sound", "with_a_rule", "with_bands", "of_the_engine"})
+    EXPECT_EQ(executions(type), 100u) << type;
+  try {
+    executions("by_hand");
+    FAIL();
+  } catch (const Error& refused) {
+    EXPECT_THAT(
+        refused.what(),
+        HasSubstr("robot.yaml:2: cannot simulate executor 'a': type 'by_hand' is a class of "
+                  "its own, which may sleep by itself; choose another, or say `.simulated = "
+                  "true` where it is registered"));
+  }
+}
+
 TEST(ExecutorLibrary, MoreThreadsThanTheTypeHasAreAnError) {
   EXPECT_THAT(ExecutorsFile("library: libbeside.so, type: also_sound, threads: [x, y]",
                             "threads: {x: {}, y: {}}\n")
@@ -142,11 +175,13 @@ TEST(ExecutorLibrary, MustBeThereAndOfThisVersion) {
 }
 
 TEST(ExecutorLibrary, MustRegisterTheName) {
-  EXPECT_EQ(errors_naming("soundd"),
-            kLine2 + "library '" TAKT_TEST_EXECUTORS
-                     "' registers no executor 'soundd'; did you mean 'sound'? valid: never_made, "
-                     "never_made_either, with_a_rule, with_bands, sound, also_sound, "
-                     "of_its_scheduler, events, twice, twice\n");
+  EXPECT_EQ(
+      errors_naming("soundd"),
+      kLine2 +
+          "library '" TAKT_TEST_EXECUTORS
+          "' registers no executor 'soundd'; did you mean 'sound'? valid: never_made, "
+          "never_made_either, by_hand, of_the_engine, with_a_rule, with_bands, sound, also_sound, "
+          "of_its_scheduler, events, twice, twice\n");
   EXPECT_EQ(errors_naming("sound", TAKT_TEST_SCHEDULERS),
             kLine2 + "library '" TAKT_TEST_SCHEDULERS
                      "' registers no executor 'sound'; say TAKT_REGISTER_EXECUTOR(\"sound\", …) "
@@ -214,3 +249,5 @@ TEST(WaitBackendLibrary, MustWakeWhatItIsPostedFor) {
 
 }  // namespace
 }  // namespace takt
+
+TAKT_REGISTER_COMPONENT(takt::Metronome, "has one timer")

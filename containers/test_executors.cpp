@@ -26,6 +26,15 @@ bool register_broken(const char* name, Thrown thrown) {
     register_broken("never_made", std::runtime_error("out of order")) &&
     register_broken("never_made_either", 42);
 
+// Executors that something else than the traits makes.
+std::unique_ptr<takt::Executor> make_by_hand(const takt::ExecutorOptions& options) {
+  return takt::executors().make("events", options);
+}
+[[maybe_unused]] const bool kByHand =
+    takt::register_executor("by_hand", {"for tests", make_by_hand, {}}, TAKT_VERSION) &&
+    takt::register_executor("of_the_engine", {"for tests", make_by_hand, {.simulated = true}},
+                            TAKT_VERSION);
+
 struct LastCome {
   bool operator()(const takt::ReadyCallback& a, const takt::ReadyCallback& b) const noexcept {
     return a.sequence > b.sequence;

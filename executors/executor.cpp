@@ -30,8 +30,9 @@ bool register_executor(std::string name, ExecutorRegistry::Entry entry, const ch
   return register_in(executors(), std::move(name), std::move(entry), version);
 }
 
-bool register_executor(std::string name, std::string description, const ExecutorTraits& traits,
+bool register_executor(std::string name, std::string description, ExecutorTraits traits,
                        const char* version) {
+  traits.simulated = true;
   return register_executor(std::move(name),
                            {std::move(description),
                             [traits](const ExecutorOptions& options) {

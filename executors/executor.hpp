@@ -61,6 +61,8 @@ struct ExecutorTraits {
   bool triggered = false;         // takes a trigger, and a period
   bool isolates = false;          // a thread for each node or group: ExecutorOptions::per
   bool takes_band = false;        // its threads are a band of priorities, the lowest first
+  bool simulated = false;         // of a class of its own: its threads are all of executors of the
+                                  // engine, of which it is made, so `takt simulate` can have it
   /// Makes its rule, which may be nullptr: each callback is served. Throws Error.
   std::unique_ptr<Rule> (*rule)(const ExecutorOptions&) = nullptr;
   /// Makes its workers' policy, which may be nullptr: any worker takes each callback. Throws Error.
@@ -343,7 +345,7 @@ ExecutorRegistry& executors();
 bool register_executor(std::string name, ExecutorRegistry::Entry entry, const char* version);
 
 /// The same for an executor that is the engine with these traits. For the macro below.
-bool register_executor(std::string name, std::string description, const ExecutorTraits& traits,
+bool register_executor(std::string name, std::string description, ExecutorTraits traits,
                        const char* version);
 
 /// At namespace scope in a .cpp file: makes an executor of Takt's engine known as `name`. Behind

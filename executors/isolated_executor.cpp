@@ -462,6 +462,7 @@ std::vector<ThreadStatistics> IsolatedExecutor::traces() const {
 
 TAKT_REGISTER_EXECUTOR_CLASS("isolated",
                              "a single-threaded executor and thread for each node or group",
-                             IsolatedExecutor, .max_threads = SIZE_MAX, .isolates = true)
+                             IsolatedExecutor, .max_threads = SIZE_MAX, .isolates = true,
+                             .simulated = true)
 
 }  // namespace takt

@@ -218,8 +218,13 @@ IntraProcessReader::~IntraProcessReader() {
   }
 }
 
-bool IntraProcessReader::is_for_us(const MessageBlock& message) const noexcept {
-  return message.address().value_or(address_) == address_;  // else let the decoder refuse it
+void IntraProcessReader::select(MessageBlock& message, const Arrival& arrival,
+                                ReleasedMessages& released) noexcept {
+  const bool is_for_us = address_ == 0 || message.address().value_or(address_) ==
+                                              address_;  // else the decoder refuses
+  if (!is_for_us) return released.release(message);
+  if (filter_ != nullptr) return filter_->deliver(*this, message, arrival, released);
+  deliver_now(message, arrival, released);
 }
 
 void IntraProcessReader::join() {

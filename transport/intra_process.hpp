@@ -43,6 +43,23 @@ struct Endpoint {
   ServiceIdentity identity;
 };
 
+class IntraProcessReader;
+
+/// What stands between a topic and one of its readers in a simulation: it may lose messages, keep
+/// them for a while, and repeat them.
+/// Thread safety: called by each writer of the topic; under a manual clock one at a time.
+/// Real-time: no.
+class DeliveryFilter {
+ public:
+  /// Instead of `reader.deliver_now`. It has the reader's hold of the message, and what it calls in
+  /// a read section it calls in one.
+  virtual void deliver(IntraProcessReader& reader, MessageBlock& message, const Arrival& arrival,
+                       ReleasedMessages& released) noexcept = 0;
+
+ protected:
+  ~DeliveryFilter() = default;
+};
+
 /// The receiving end: a ring that keeps the newest messages.
 /// Thread safety: writers deliver from any thread; take from any thread.
 /// Real-time: deliver and take are lock-free and allocate nothing.
@@ -62,8 +79,13 @@ class IntraProcessReader {
   /// section, which `released` outlives.
   [[gnu::always_inline]] void deliver(MessageBlock& message, const Arrival& arrival,
                                       ReleasedMessages& released) noexcept {
-    if (address_ != 0 && !is_for_us(message)) [[unlikely]]
-      return released.release(message);
+    if (selects_) [[unlikely]]
+      return select(message, arrival, released);
+    deliver_now(message, arrival, released);
+  }
+  /// The same, whatever is selected.
+  [[gnu::always_inline]] void deliver_now(MessageBlock& message, const Arrival& arrival,
+                                          ReleasedMessages& released) noexcept {
     ArrivalListener* listener = listener_.load();
     const std::int64_t time_ns = arrival.ready_time.time_since_epoch().count();
     const std::int64_t root_time_ns = arrival.root_time.time_since_epoch().count();
@@ -83,7 +105,15 @@ class IntraProcessReader {
 
   /// From here on only messages arrive whose first field, a uint64, is this number: so one topic
   /// can carry what is for one reader each. Before join.
-  void set_address(std::uint64_t address) noexcept { address_ = address; }
+  void set_address(std::uint64_t address) noexcept {
+    address_ = address;
+    selects_ = true;
+  }
+  /// For a simulation, before anything is sent. It outlives all writers' use of the reader.
+  void set_filter(DeliveryFilter& filter) noexcept {
+    filter_ = &filter;
+    selects_ = true;
+  }
 
   /// The oldest message, which the caller must release; nullptr when there is none.
   /// `more`: whether more were there.
@@ -125,7 +155,8 @@ class IntraProcessReader {
   const KeepLastRing<MessageBlock>& ring() const noexcept { return ring_; }
 
  private:
-  bool is_for_us(const MessageBlock& message) const noexcept;
+  [[gnu::cold, gnu::noinline]] void select(MessageBlock& message, const Arrival& arrival,
+                                           ReleasedMessages& released) noexcept;
   MessageBlock* skip_expired(MessageBlock* message, bool& more,
                              ReleasedMessages& released) noexcept;
   [[nodiscard]] bool drop(MessageBlock& message) noexcept;
@@ -137,7 +168,9 @@ class IntraProcessReader {
   std::atomic<ArrivalListener*> listener_{nullptr};
   std::atomic<bool> wants_time_{false};
   std::atomic<std::uint64_t> dropped_{0}, missed_{0};
-  std::uint64_t address_ = 0;  // 0: every message is for us
+  std::uint64_t address_ = 0;         // 0: every message is for us
+  DeliveryFilter* filter_ = nullptr;  // nullptr: each is delivered
+  bool selects_ = false;              // there is an address or a filter
   std::atomic<const MessageType*> payload_type_{nullptr};
   const bool has_deadline_;
   bool joined_ = false;

@@ -219,7 +219,9 @@ struct SystemDescription {
   MachineDescription machine;
   std::string model;  // a file with measured numbers; empty: none
   Acceptances accepted;
-  bool watches_bounds = false;   // `analysis: {watch: true}`
+  bool watches_bounds = false;  // `analysis: {watch: true}`
+  /// What if: of callbacks, or all callbacks of nodes, by name, times as long.
+  std::map<std::string, double, std::less<>> execution_scales;
   std::vector<WrittenKey> keys;  // of a whole file: all that stand in it
   TopicQos topics;
   std::map<std::string, DelayDescription, std::less<>> delays;  // by topic

@@ -368,6 +368,7 @@ constexpr CoverageEntry kTable[] = {
     {"an executor type", "triggered", kUsed, "part_of"},
     {"an executor type", "isolates", kUsed, "part_of"},
     {"an executor type", "takes_band", kUsed, "add_threads, of the type preemptive"},
+    {"an executor type", "simulated", kIrrelevant, "whether `takt simulate` can have it"},
     {"an executor type", "rule", kUsed, "part_of: no method knows one of a library"},
     {"an executor type", "workers", kUsed, "part_of: no method knows one of a library"},
     {"an executor type", "keys", kNotCovered,

@@ -83,8 +83,8 @@ std::size_t fields_of(const CallbackParameters& all) {
   return count(a, b, c, d, e, f, g, h, i, j);
 }
 std::size_t fields_of(const ExecutorTraits& all) {
-  const auto& [a, b, c, d, e, f, g, h, i, j, k] = all;
-  return count(a, b, c, d, e, f, g, h, i, j, k);
+  const auto& [a, b, c, d, e, f, g, h, i, j, k, l] = all;
+  return count(a, b, c, d, e, f, g, h, i, j, k, l);
 }
 std::size_t fields_of(const SchedulerTraits& all) {
   const auto& [a, b, c, d, e] = all;

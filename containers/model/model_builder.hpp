@@ -121,6 +121,10 @@ class ModelParts {
   std::vector<Fact> facts_;
 };
 
+/// How many times as long the callback takes as is known, see SystemDescription.
+double execution_scale(const SystemDescription& description, const Node& node,
+                       const std::string& callback);
+
 /// What the bounds of a model rest on besides its numbers.
 /// Thread safety: none. Real-time: no.
 class AssumptionFinder : public ModelParts {

@@ -208,6 +208,16 @@ bool AssumptionFinder::sends(std::size_t index) const {
   return sent ? sent->messages != 0 : !model_.system.callbacks[index].outputs.empty();
 }
 
+double execution_scale(const SystemDescription& description, const Node& node,
+                       const std::string& callback) {
+  double scale = 1;
+  for (const std::string& name : {node.fully_qualified_name(), callback}) {
+    const auto found = description.execution_scales.find(name);
+    if (found != description.execution_scales.end()) scale *= found->second;
+  }
+  return scale;
+}
+
 void AssumptionFinder::add_overheads() {
   const analysis::Overheads& overheads = model_.system.overheads;
   const MachineDescription& stated = description_.machine;

@@ -144,11 +144,14 @@ void ModelBuilder::set_execution(std::size_t index) {
             .executor = described.executor});
   }
   if (!callback.described.publishes_at_end) least = Nanoseconds::zero();
+  const double scale = execution_scale(description_, *callback.node, described.name);
+  if (scale != 1 && facts.execution == Provenance::exact) facts.execution = Provenance::declared;
   described.execution = std::max<analysis::Time>(
-      1, static_cast<analysis::Time>(std::ceil(static_cast<double>(longest.count()) / slowest)));
+      1, static_cast<analysis::Time>(
+             std::ceil(scale * static_cast<double>(longest.count()) / slowest)));
   described.least_execution = std::min(
-      described.execution,
-      static_cast<analysis::Time>(std::floor(static_cast<double>(least.count()) / fastest)));
+      described.execution, static_cast<analysis::Time>(
+                               std::floor(scale * static_cast<double>(least.count()) / fastest)));
   if (facts.execution != Provenance::unknown) add_waits(index);
 }
 

@@ -15,7 +15,8 @@ namespace {
 
 [[noreturn]] void refuse_word(std::string_view word, const std::string& why) {
   throw Error(fmt::format("'{}' is no scenario: {}", word, why),
-              "write SEED,worst|drawn and then phases, as 7,worst,all=0s,/camera/image_timer=3ms; "
+              "write SEED,worst|drawn, phases and faults, as "
+              "7,worst,all=0s,/camera/image_timer=3ms,lost=/planner/image@2s; "
               "`takt simulate` shows those of its runs");
 }
 
@@ -40,6 +41,7 @@ std::string to_string(const Scenario& scenario) {
   for (const auto& [callback, phase] : scenario.phases) {
     if (callback != Scenario::kAll) word += fmt::format(",{}={}", callback, to_string(phase));
   }
+  for (const Fault& fault : scenario.faults) word += "," + to_string(fault);
   return word;
 }
 
@@ -58,6 +60,10 @@ Scenario parse_scenario(std::string_view word) {
     if (equals == parts[i].npos || equals == 0)
       refuse_word(word, fmt::format("'{}' is no NAME=TIME", parts[i]));
     const std::string name(parts[i].substr(0, equals));
+    if (is_fault_kind(name)) {
+      scenario.faults.push_back(parse_fault(name, parts[i].substr(equals + 1)));
+      continue;
+    }
     const Nanoseconds phase = parse_duration(parts[i].substr(equals + 1));
     if (!scenario.phases.emplace(name, phase).second)
       refuse_word(word, fmt::format("'{}' is there twice", name));

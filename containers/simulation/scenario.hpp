@@ -7,9 +7,11 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "takt/base/time.hpp"
 #include "takt/base/visibility.hpp"
+#include "takt/containers/simulation/fault.hpp"
 
 namespace TAKT_INTERNAL takt {
 
@@ -23,9 +25,10 @@ struct Scenario {
   /// When timers are released first, and arrivals begin: by the name of the callback, or kAll for
   /// those that are not named. The seed draws those of the others.
   std::map<std::string, Nanoseconds> phases = {{kAll, Nanoseconds::zero()}};
+  std::vector<Fault> faults = {};
 };
 
-/// A word for a command line: "7,worst,all=0s,/camera/image_timer=3ms".
+/// A word for a command line: "7,worst,all=0s,/camera/image_timer=3ms,lost=/planner/image@2s".
 /// Thread safety: any thread. Real-time: no.
 std::string to_string(const Scenario& scenario);
 /// Throws Error for a word that is none.

@@ -27,8 +27,7 @@ Scenario ScenarioSearch::next() {
   return scenario;
 }
 
-void ScenarioSearch::add(const Scenario& scenario, const SimulatedRun& run,
-                         Nanoseconds time_to_begin) {
+void ScenarioSearch::add(const SimulatedRun& run, Nanoseconds time_to_begin) {
   just_ = time_to_begin;
   releases_ = run.releases;
   std::vector<Nanoseconds> phases;
@@ -40,8 +39,9 @@ void ScenarioSearch::add(const Scenario& scenario, const SimulatedRun& run,
     const ProcessResult::ChainResult& chain = run.result.chains[i];
     const Nanoseconds latency = chain.statistics.latency.max();
     // Equal ones, too: from another place there may be a way up.
-    if (is_first || latency >= worst_[i].latency) places_[i] = {scenario, phases, run.moments[i]};
-    if (is_first || latency > worst_[i].latency) worst_[i] = {chain.name, latency, scenario};
+    if (is_first || latency >= worst_[i].latency)
+      places_[i] = {run.scenario, phases, run.moments[i]};
+    if (is_first || latency > worst_[i].latency) worst_[i] = {chain.name, latency, run.scenario};
   }
 }
 

@@ -31,7 +31,7 @@ class ScenarioSearch {
 
   Scenario next();
   /// What next() has led to.
-  void add(const Scenario& scenario, const SimulatedRun& run, Nanoseconds time_to_begin);
+  void add(const SimulatedRun& run, Nanoseconds time_to_begin);
 
   struct Worst {
     std::string chain;

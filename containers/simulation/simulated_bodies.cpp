@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <set>
+#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
@@ -187,9 +188,15 @@ void SimulatedBodies::execute(Entity& entity, Slot& slot) {
 
 void SimulatedBodies::run_body(const Callback& callback, Entity& entity, Slot& slot) {
   if (!callback.is_known && unknown_.empty()) unknown_ = callback.name;
-  if (const Nanoseconds time = time_of(callback); time != Nanoseconds::zero()) clock_.work(time);
+  Nanoseconds time = time_of(callback);
+  if (faults_.strikes(entity, Fault::Kind::slow)) time += (Fault::kSlowdown - 1) * callback.longest;
+  if (time != Nanoseconds::zero()) clock_.work(time);
   if (callback.waits != Nanoseconds::zero())
     clock_.occupy(drawn(Nanoseconds::zero(), callback.waits));
+  if (faults_.strikes(entity, Fault::Kind::throws)) {
+    entity.discard(slot);
+    throw std::runtime_error("a fault of the scenario");
+  }
   if (callback.says_itself) return entity.execute(slot);
   if (callback.runs) {
     const ManualClock::CountedElsewhere counted;

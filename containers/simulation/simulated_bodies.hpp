@@ -14,6 +14,7 @@
 #include "takt/base/manual_clock.hpp"
 #include "takt/containers/model/system_model.hpp"
 #include "takt/containers/simulation/draws.hpp"
+#include "takt/containers/simulation/fault_injection.hpp"
 #include "takt/executors/execution_model.hpp"
 #include "takt/messages/cdr.hpp"
 #include "takt/nodes/chain_join.hpp"
@@ -40,8 +41,8 @@ class StandInPublisher {
 /// Thread safety: as ExecutionModel. Real-time: no.
 class SimulatedBodies final : public ExecutionModel {
  public:
-  SimulatedBodies(ManualClock& clock, bool draws, std::uint64_t seed)
-      : clock_(clock), draws_(draws), random_(seed) {}
+  SimulatedBodies(ManualClock& clock, bool draws, std::uint64_t seed, FaultInjection& faults)
+      : clock_(clock), draws_(draws), random_(seed), faults_(faults) {}
 
   /// Of the callbacks of the process, in the order of the model. Throws Error for what it cannot
   /// stand in for.
@@ -102,6 +103,7 @@ class SimulatedBodies final : public ExecutionModel {
   const bool draws_;
   Nanoseconds dispatch_{0};
   Draws random_;
+  FaultInjection& faults_;
   std::unordered_map<const Entity*, Callback> callbacks_;
   std::map<std::pair<const Node*, std::string>, std::unique_ptr<StandInPublisher>> publishers_;
   std::map<std::pair<const Node*, std::string>, std::unique_ptr<Join>> joins_;

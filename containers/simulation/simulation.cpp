@@ -14,6 +14,7 @@
 #include "takt/base/manual_clock.hpp"
 #include "takt/containers/modes.hpp"
 #include "takt/containers/simulation/arrivals.hpp"
+#include "takt/containers/simulation/fault_injection.hpp"
 #include "takt/containers/simulation/simulated_bodies.hpp"
 #include "takt/entities/task_runner.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
@@ -63,10 +64,16 @@ void Simulation::refuse_what_differs() {
            system_.modes.front().where);
   }
   for (const ExecutorDescription& executor : system_.executors) {
-    if (!executor.library.empty()) {
-      refuse(system_,
-             fmt::format("executor '{}', of a library: it may sleep by itself", executor.name),
-             "choose one of Takt's", executor.where);
+    const std::string& override = options_.overrides.executor;
+    const std::string& type = override.empty() ? executor.type : override;
+    if (!executors().traits(type).simulated) {
+      refuse(
+          system_,
+          fmt::format("executor '{}': type '{}' is a class of its own, which may sleep by itself",
+                      executor.name, type),
+          "choose another, or say `.simulated = true` where it is registered, if it is made of "
+          "executors of the engine",
+          executor.where);
     }
     if (executor.spin != Nanoseconds::zero() || executor.early_wake != Nanoseconds::zero()) {
       refuse(system_, fmt::format("`spin` and `early_wake` of executor '{}'", executor.name),
@@ -74,7 +81,9 @@ void Simulation::refuse_what_differs() {
     }
   }
   for (ComponentDescription& component : system_.components) {
-    component.on_exception = OnException::terminate;
+    // A node would be removed by a thread that has no CPU of the machine.
+    if (component.on_exception == OnException::remove_node)
+      component.on_exception = OnException::terminate;
     if (component.type == "takt::Recorder" || component.type == "takt::Player") {
       refuse(system_, fmt::format("{}, which has files and threads of its own", noun_of(component)),
              "leave it out", component.where);
@@ -115,6 +124,10 @@ void Simulation::take_machine() {
                       "says others",
                       fmt::join(cpus, ", ")));
     }
+  }
+  if (options_.speed != 1) {
+    for (const int cpu : cpus)
+      system_.machine.speed.try_emplace(cpu, 1).first->second *= options_.speed;
   }
   for (const ThreadDescription& thread : system_.threads) {
     for (const int cpu : thread.attributes.affinity) {
@@ -195,10 +208,10 @@ void add_what_is_not_covered(const SystemModel& model, std::vector<std::string>&
   for (const std::string& text : texts) notes.push_back("not simulated: " + text);
 }
 
-/// What comes from outside to a callback.
+/// What comes from outside of the executors.
 struct Source {
-  Arrivals arrivals;
-  std::function<void()> arrive;
+  TimePoint next;
+  std::function<TimePoint()> happen;  // and when it happens next
 };
 
 CpuModel::Options machine_of(const SystemDescription& system, const MeasuredModel* measured) {
@@ -289,10 +302,25 @@ std::vector<Source> sources_of(const ModelledProcess& process, const SystemModel
                   "leave it out, and let a timer stand for it");
     }
     const Nanoseconds distance(callback.arrivals->least_distance(2));
+    Arrivals arrivals(*callback.arrivals, first.of(callback.name, distance));
+    const TimePoint next = arrivals.next();
     sources.push_back(
-        {Arrivals(*callback.arrivals, first.of(callback.name, distance)), std::move(arrive)});
+        {next, [arrivals = std::move(arrivals), arrive = std::move(arrive)]() mutable {
+           arrive();
+           arrivals.take();
+           return arrivals.next();
+         }});
   }
   return sources;
+}
+
+void add_late_messages(std::vector<Source>& sources, FaultInjection& faults) {
+  for (const TimePoint time : faults.late_times()) {
+    sources.push_back({time, [&faults] {
+                         faults.deliver_late();
+                         return kNever;
+                       }});
+  }
 }
 
 /// Until the end. What comes from outside comes after all else at that instant.
@@ -302,15 +330,13 @@ void advance(ManualClock& clock, TimePoint end, std::vector<Source>& sources,
     Source* first = nullptr;
     TimePoint time = std::min(end, later(clock.now(), std::chrono::seconds(1)));  // to check
     for (Source& source : sources) {
-      if (source.arrivals.next() > time || (first != nullptr && source.arrivals.next() == time))
-        continue;
+      if (source.next > time || (first != nullptr && source.next == time)) continue;
       first = &source;
-      time = source.arrivals.next();
+      time = source.next;
     }
     clock.advance(time - clock.now());
     if (first != nullptr) {
-      first->arrive();
-      first->arrivals.take();
+      first->next = first->happen();
       clock.settle();
     }
     check();
@@ -366,12 +392,34 @@ std::map<const CpuModel::Thread*, int> set_virtual(ProcessResult& result,
   return numbers;
 }
 
+void add_moments(SimulatedRun& run, const SimulatedBodies& bodies) {
+  for (const ProcessResult::ChainResult& chain : run.result.chains) {
+    std::vector<Nanoseconds>& moments = run.moments.emplace_back();
+    for (const TimePoint moment : bodies.longest_instance(chain.name))
+      moments.push_back(between(later(kBegin, Nanoseconds(1)), moment));
+  }
+}
+
+void add_changes(SimulatedRun& run, const std::vector<CpuModel::Change>& changes,
+                 const std::map<const CpuModel::Thread*, int>& numbers) {
+  const auto number_of = [&](const CpuModel::Thread* thread) {
+    const auto found = numbers.find(thread);
+    return found != numbers.end() ? found->second : 0;
+  };
+  for (const CpuModel::Change& change : changes) {
+    run.changes.push_back({change.time, change.cpu, number_of(change.before),
+                           number_of(change.after), change.was_preempted});
+  }
+}
+
 }  // namespace
 
-SimulatedRun Simulation::run(const Scenario& scenario) const {
+SimulatedRun Simulation::run(Scenario scenario) const {
   const MeasuredModel* const measured = options_.measured ? &*options_.measured : nullptr;
   ManualClock clock(kBegin, machine_of(system_, measured));
-  SimulatedBodies bodies(clock, scenario.times == Scenario::Times::drawn, 2 * scenario.seed);
+  FaultInjection faults(clock);
+  SimulatedBodies bodies(clock, scenario.times == Scenario::Times::drawn, 2 * scenario.seed,
+                         faults);
   FirstReleases first(scenario, options_.duration);
   ContainerOverrides overrides = options_.overrides;
   overrides.clock = &clock;
@@ -383,12 +431,19 @@ SimulatedRun Simulation::run(const Scenario& scenario) const {
   const ModelledProcess process = container.modelled();  // served as the mode says
   const SystemModel model =
       make_system_model(modelled_, container.plan().chains, {&process, 1}, measured);
+  check_scales(process, model);
   bodies.set_up(process, model);
+  const FaultyCallbacks faulty(process, model);
+  if (scenario.faults.empty())
+    scenario.faults = faulty.drawn(options_.faults, scenario.seed, options_.duration);
+  faulty.check(scenario.faults);
+  faults.set_up(scenario.faults, later(kBegin, Nanoseconds(1)), process, model);
   bring_up(process);
   if (overrides.trace_events != 0) clock.record(changes);
   container.start();
   set_phases(process, model, first);
   sources = sources_of(process, model, first, bodies);
+  add_late_messages(sources, faults);
   std::vector<SimulatedRun::Release> releases = first.all();
   container.release();
   const TimePoint end = later(kBegin, options_.duration);
@@ -399,33 +454,38 @@ SimulatedRun Simulation::run(const Scenario& scenario) const {
         "declare it (`execution`), or measure it (`takt model`)", system_.file);
   });
   const std::vector<ManualClock::Use> use = clock.use();
+  faults.end();
   clock.end_overheads();  // that the end wakes all threads is no part of the system
   container.hold();
   container.stop();
-  SimulatedRun run{.result = container.result(),
+  SimulatedRun run{.scenario = std::move(scenario),
+                   .result = container.result(),
                    .executions = bodies.executions(),
                    .releases = std::move(releases)};
-  for (const ProcessResult::ChainResult& chain : run.result.chains) {
-    std::vector<Nanoseconds>& moments = run.moments.emplace_back();
-    for (const TimePoint moment : bodies.longest_instance(chain.name))
-      moments.push_back(between(later(kBegin, Nanoseconds(1)), moment));
-  }
-  const auto numbers = set_virtual(run.result, use, options_.duration);
-  const auto number_of = [&](const CpuModel::Thread* thread) {
-    const auto found = numbers.find(thread);
-    return found != numbers.end() ? found->second : 0;
-  };
-  for (const CpuModel::Change& change : changes) {
-    run.changes.push_back({change.time, change.cpu, number_of(change.before),
-                           number_of(change.after), change.was_preempted});
-  }
+  add_moments(run, bodies);
+  add_changes(run, changes, set_virtual(run.result, use, options_.duration));
   add_what_is_not_covered(model, run.result.notes);
+  for (std::string& note : faulty.notes(options_.faults))
+    run.result.notes.push_back(std::move(note));
+  if (!run.scenario.faults.empty())
+    run.result.notes.emplace_back("these runs have faults, and bounds are of runs without");
   return run;
 }
 
 Nanoseconds Simulation::time_to_begin() const {
   const MeasuredModel* const measured = options_.measured ? &*options_.measured : nullptr;
   return Nanoseconds(overheads_of(system_.machine, measured).wake + 1);
+}
+
+void Simulation::check_scales(const ModelledProcess& process, const SystemModel& model) const {
+  std::vector<std::string> names;
+  for (const analysis::Callback& callback : model.system.callbacks) names.push_back(callback.name);
+  for (const ModelledProcess::Member& member : process.nodes)
+    names.push_back(member.node->fully_qualified_name());
+  for (const auto& [name, scale] : system_.execution_scales) {
+    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+    throw Error(fmt::format("no callback and no node is called '{}'", name), suggest(name, names));
+  }
 }
 
 // Those that a manager would; in its order.

@@ -19,9 +19,12 @@ struct SimulationOptions {
   ContainerOverrides overrides;  // executor, placement, scheduler, trace_events
   std::optional<MeasuredModel> measured;
   Nanoseconds duration = std::chrono::seconds(10);
+  FaultKinds faults = {};  // the seed draws some of these, unless the scenario has some
+  double speed = 1;        // of all CPUs, times those of the file
 };
 
 struct SimulatedRun {
+  Scenario scenario;     // with the faults that were drawn
   ProcessResult result;  // as of a container; threads have what they asked for
   std::uint64_t executions = 0;
   /// When a timer was released first, or arrivals began, after the begin.
@@ -59,7 +62,7 @@ class Simulation {
   Simulation(SystemDescription system, SimulationOptions options);
 
   /// The same for the same scenario. Throws Error, also for what is seen only now.
-  SimulatedRun run(const Scenario& scenario) const;
+  SimulatedRun run(Scenario scenario) const;
   /// What it leaves out, for people.
   const std::vector<std::string>& notes() const noexcept { return notes_; }
   /// A callback of a thread that sleeps has begun so long after its release, at the latest, if no
@@ -75,6 +78,7 @@ class Simulation {
   void refuse_reservations() const;
   void leave_out_surroundings();
   void bring_up(const ModelledProcess& process) const;
+  void check_scales(const ModelledProcess& process, const SystemModel& model) const;
 
   SystemDescription system_;    // what is made
   SystemDescription modelled_;  // of which the numbers are: of CPUs of speed 1

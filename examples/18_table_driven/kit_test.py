@@ -48,6 +48,16 @@ fits = max(sum((at - begin) % 10_000 < 2_000 for at in starts["/driver/imu_timer
 total = sum(map(len, starts.values()))
 assert fits >= 0.9 * total, f"{fits} of {total} starts lie in their slots"
 
+# In a simulation, all do.
+simulated = run("simulate", table, "--trace", work / "s.json")[0]
+assert "react       1000       0        0     20000  2500  2500  2500   2500  2500\n" in simulated, simulated
+events = json.loads((work / "s.json").read_text())["traceEvents"]
+for name, begin in (("/driver/imu_timer", 0), ("/planner/imu", 2_000)):
+    starts = [each["ts"] for each in events if each.get("ph") == "X" and each["name"].endswith(name)]
+    assert len(starts) == 1000 and all(abs(at % 10_000 - begin) < 1 for at in starts), starts
+simulated = run("simulate", bands, "--set", "threads.usual.affinity=[0]", "--set", "threads.urgent.affinity=[0]")[0]
+assert "odometry_timer  timer      5000     -        -         0     -         -       0  0.00  0.00  0.00   0.00  0.00 " in simulated, simulated
+
 # There is no bound for a rule that no method knows.
 text = "".join(run("analyze", table, status=1))
 assert "no method knows the rule of type 'table'" in text, text

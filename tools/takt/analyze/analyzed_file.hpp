@@ -25,6 +25,7 @@ struct SimulatedChains {
     std::string command;     // that repeats this
   };
   std::uint64_t runs = 0;
+  int signal = 0;        // came before all runs that were asked for
   std::string duration;  // of each
   std::string why_not;   // they cannot be; empty: they were
   std::vector<std::string> notes;

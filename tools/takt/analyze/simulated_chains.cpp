@@ -9,6 +9,8 @@
 #include "takt/containers/simulation/scenario_search.hpp"
 
 #include "analyze/analyzed_file.hpp"
+#include "exit_status.hpp"
+#include "run/end_signals.hpp"
 #include "simulate/replay.hpp"
 
 namespace takt::tools {
@@ -50,13 +52,14 @@ const SimulatedChains::Chain* SimulatedChains::find(std::string_view name) const
 
 SimulatedChains simulate_chains(const SystemDescription& system, const AnalyzeOptions& options) {
   SimulatedFile file = simulated_file(system, options);
-  SimulatedChains result{.runs = options.simulated_runs, .duration = file.duration};
+  SimulatedChains result{.duration = file.duration};
   if (!options.nodes.is_null()) {
     result.why_not = "a program for rclcpp runs by itself";
     return result;
   }
   result.why_not = why_machines_differ(system, options);
   if (!result.why_not.empty()) return result;
+  const EndSignals signals;
   const StaysOnOneCpu here;
   ScenarioSearch search(1);
   try {
@@ -66,17 +69,19 @@ SimulatedChains simulate_chains(const SystemDescription& system, const AnalyzeOp
     const std::vector<int>& cpus = simulation.system().machine.cpus;
     if (simulation.has_cpus_of_here() && std::cmp_equal(cpus.back() + 1, cpus.size()))
       file.cpus = cpus.size();
-    for (std::uint64_t run = 0; run < result.runs; ++run) {
-      const Scenario scenario = search.next();
-      const SimulatedRun simulated = simulation.run(scenario);
+    for (result.runs = 0; result.runs < options.simulated_runs; ++result.runs) {
+      result.signal = signals.take();
+      if (result.signal != 0) break;
+      const SimulatedRun simulated = simulation.run(search.next());
       if (!simulated.result.failures.empty())
         throw Error(fmt::format("{}", fmt::join(simulated.result.failures, "; ")));
-      search.add(scenario, simulated, simulation.time_to_begin());
+      search.add(simulated, simulation.time_to_begin());
     }
   } catch (const Error& refused) {
     result.why_not = refused.what();
     return result;
   }
+  if (result.runs == 0) throw Interrupted(result.signal, " before the first simulated run");
   for (const ScenarioSearch::Worst& worst : search.worst()) {
     result.chains.push_back({worst.chain, worst.latency, to_string(worst.scenario),
                              replay_command(file, worst.scenario)});

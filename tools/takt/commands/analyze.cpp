@@ -104,6 +104,7 @@ void run(Options options) {
     return analyze_file(options.file, options.how);
   }();
   for (const std::string& note : file.system.notes) rt::to_stderr("note: {}\n", note);
+  const bool is_interrupted = file.simulated && file.simulated->signal != 0;
   json document = analysis_json(file);
   if (!options.explained.empty()) {
     print_explanation(file, options.explained);
@@ -111,7 +112,8 @@ void run(Options options) {
     document["sweep"] = std::move(swept);
   } else {
     if (prints) print_analysis(file);
-    document["suggestions"] = print_suggestions(file, most, prints);
+    document["suggestions"] =
+        print_suggestions(file, is_interrupted ? Nanoseconds::zero() : most, prints);
   }
   if (!options.report.empty()) {
     json page = rt::result_document({});
@@ -121,6 +123,11 @@ void run(Options options) {
                  has_nodes ? std::vector{options.file} : std::vector<std::string>());
   }
   if (!options.json.empty()) write_json(document, options.json);
+  if (is_interrupted) {
+    throw Interrupted(file.simulated->signal,
+                      fmt::format(" when {} of {} simulated runs were complete",
+                                  file.simulated->runs, options.how.simulated_runs));
+  }
   const bool passes = options.allows_unbounded ? !file.is_contradicted() : file.is_all_guaranteed();
   if (!passes) throw CLI::RuntimeError(kFailed);
 }

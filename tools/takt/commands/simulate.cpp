@@ -23,6 +23,7 @@
 #include "exit_status.hpp"
 #include "outputs.hpp"
 #include "prompt/values.hpp"
+#include "run/end_signals.hpp"
 #include "run/live_line.hpp"
 #include "run/result_json.hpp"
 #include "run/result_tables.hpp"
@@ -38,6 +39,7 @@ using nlohmann::json;
 struct Options : SimulatedFile {
   std::string phases, times, replayed, trace, json;
   std::uint64_t seed = 1, runs = 1;
+  std::string faults;
   bool histograms = false, searches = false;
 };
 
@@ -60,6 +62,8 @@ struct Results {
   std::vector<ScenarioSearch::Worst> worst;  // by chain
   Scenario first;
   json runs = json::array();
+  std::uint64_t count = 0;
+  int signal = 0;  // came before all that were asked for
 };
 
 /// As if it had come after the others.
@@ -153,10 +157,12 @@ void write_worst_trace(const Simulation& simulation, const Scenario& scenario,
 
 json document_of(const Results& all, const Simulation& simulation, const Known& known,
                  const Options& options) {
-  json result{
-      {"takt", {{"version", TAKT_VERSION}}},
-      {"simulated", {{"cpus", simulation.system().machine.cpus}, {"notes", simulation.notes()}}},
-      {"runs", all.runs}};
+  json result{{"takt", {{"version", TAKT_VERSION}}},
+              {"simulated",
+               {{"cpus", simulation.system().machine.cpus},
+                {"notes", simulation.notes()},
+                {"is_complete", all.signal == 0}}},
+              {"runs", all.runs}};
   json& bounds = result["bounds_us"] = json::object();
   for (const auto& [chain, bound] : known.bounds) bounds[chain] = rt::us(bound);
   if (options.histograms) result["bucket_limits_us"] = rt::bucket_limits_us();
@@ -165,14 +171,17 @@ json document_of(const Results& all, const Simulation& simulation, const Known& 
 
 Results simulate(const Simulation& simulation, const Options& options) {
   Results all;
+  const EndSignals signals;  // for as long as it simulates
   ScenarioSearch search(options.seed);
   const LiveLine line("simulating");
-  for (std::uint64_t i = 0; i < options.runs; ++i) {
-    const Scenario scenario = !options.replayed.empty() ? parse_scenario(options.replayed)
-                              : options.searches        ? search.next()
-                                                        : scenario_of(options, i);
-    SimulatedRun simulated = simulation.run(scenario);
-    search.add(scenario, simulated, simulation.time_to_begin());
+  for (std::uint64_t& i = all.count; i < options.runs; ++i) {
+    all.signal = signals.take();
+    if (all.signal != 0) break;
+    SimulatedRun simulated =
+        simulation.run(!options.replayed.empty() ? parse_scenario(options.replayed)
+                       : options.searches        ? search.next()
+                                                 : scenario_of(options, i));
+    search.add(simulated, simulation.time_to_begin());
     if (!simulated.result.failures.empty())
       throw std::runtime_error(fmt::format("{}", fmt::join(simulated.result.failures, "\n")));
     rt::Run run = rt::run_of(std::move(simulated.result));
@@ -184,10 +193,10 @@ Results simulate(const Simulation& simulation, const Options& options) {
     run.trace.reset();
     if (!options.json.empty()) {
       all.runs.push_back(rt::run_json(run, options.histograms));
-      all.runs.back()["scenario"] = to_string(scenario);
+      all.runs.back()["scenario"] = to_string(simulated.scenario);
     }
     if (i == 0) {
-      all.first = scenario;
+      all.first = simulated.scenario;
       all.sum = std::move(run);
     } else {
       merge(all.sum, run);
@@ -195,6 +204,11 @@ Results simulate(const Simulation& simulation, const Options& options) {
   }
   all.worst = search.worst();
   return all;
+}
+
+[[noreturn]] void throw_interrupted(const Results& all, const Options& options) {
+  throw Interrupted(all.signal,
+                    fmt::format(" when {} of {} runs were complete", all.count, options.runs));
 }
 
 void run(const Options& options) {
@@ -205,16 +219,18 @@ void run(const Options& options) {
   const SystemDescription system = system_of(options);
   const StaysOnOneCpu here;
   SimulationOptions how = options_of(system, options);
+  if (!options.faults.empty()) how.faults = parse_fault_kinds(options.faults);
   const Simulation simulation(system, how);
   const Results all = simulate(simulation, options);
+  if (all.count == 0) throw_interrupted(all, options);
   std::set<std::string> notes(simulation.notes().begin(), simulation.notes().end());
   notes.insert(all.sum.notes.begin(), all.sum.notes.end());
   const Known known = known_of(system, simulation, options);
   const bool prints = options.json != "-";
   if (prints) {
     for (const std::string& note : notes) rt::to_stderr("note: {}\n", note);
-    rt::print("simulated: {} of {} on CPUs {}{}\n\n", counted(options.runs, "run"),
-              options.duration, fmt::join(simulation.system().machine.cpus, ","),
+    rt::print("simulated: {} of {} on CPUs {}{}\n\n", counted(all.count, "run"), options.duration,
+              fmt::join(simulation.system().machine.cpus, ","),
               options.replayed.empty() ? fmt::format(", from seed {}", options.seed) : "");
     print_result(all.sum);
     print_worst(all, known);
@@ -224,6 +240,7 @@ void run(const Options& options) {
     how.overrides.trace_events = kMostTraceEvents;
     write_worst_trace(Simulation(system, how), worst_scenario(all), options);
   }
+  if (all.signal != 0) throw_interrupted(all, options);
   if (std::any_of(all.sum.chains.begin(), all.sum.chains.end(),
                   [](const rt::Run::Chain& chain) { return chain.statistics.misses != 0; })) {
     throw CLI::RuntimeError(kFailed);
@@ -254,7 +271,10 @@ void add_scenario_options(CLI::App& command, Options& options) {
   auto* const replay =
       command.add_option("--replay", options.replayed,
                          "Run this scenario again, as `simulated by` and the JSON show it");
-  for (const char* other : {"--runs", "--seed", "--phases", "--times", "--search"})
+  command.add_option("--faults", options.faults,
+                     "LIST or all: in each run one to three of these happen: lost, late, doubled, "
+                     "reordered messages, a full queue, a slow callback, one that throws");
+  for (const char* other : {"--runs", "--seed", "--phases", "--times", "--search", "--faults"})
     replay->excludes(command.get_option(other));
 }
 
@@ -280,6 +300,14 @@ void set_up(CLI::App* command) {
   whole_number(command->add_option("--cpus", options->cpus,
                                    "So many CPUs, from 0 on, instead of those of `machine:`"),
                1, 1024);
+  number(command->add_option("--speed", options->speed,
+                             "CPUs that are so many times as fast as those of the file"),
+         0.001, 1000);
+  command
+      ->add_option("--scale", options->scales,
+                   "NAME=FACTOR: executions of a callback, or of all callbacks of a node, take so "
+                   "many times as long, as /planner/plan=1.5; may be repeated")
+      ->allow_extra_args(false);
   command
       ->add_option("--set", options->settings,
                    "KEY=VALUE: another value for a key of the file, as "

@@ -2,6 +2,8 @@
 #include "simulate/replay.hpp"
 
 #include <algorithm>
+#include <charconv>
+#include <map>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -30,6 +32,27 @@ Settings settings_of(const SimulatedFile& file) {
   return result;
 }
 
+/// Of execution times.
+std::map<std::string, double, std::less<>> scales_of(const SimulatedFile& file) {
+  std::map<std::string, double, std::less<>> result;
+  for (const std::string& text : file.scales) {
+    const std::size_t equals = text.rfind('=');
+    double scale = 0;
+    if (equals != text.npos) {
+      const char* const end = text.data() + text.size();
+      const auto [read, error] = std::from_chars(text.data() + equals + 1, end, scale);
+      if (error != std::errc() || read != end) scale = 0;
+    }
+    if (!(scale >= 0.001 && scale <= 1000)) {
+      throw Error(fmt::format("--scale '{}' is no NAME=FACTOR, of 0.001 to 1000", text),
+                  "write /planner/plan=1.5, or /planner=1.5 for all callbacks of the node");
+    }
+    if (!result.emplace(text.substr(0, equals), scale).second)
+      throw Error(fmt::format("--scale has '{}' twice", text.substr(0, equals)), "leave one out");
+  }
+  return result;
+}
+
 }  // namespace
 
 SystemDescription system_of(const SimulatedFile& file) {
@@ -37,6 +60,7 @@ SystemDescription system_of(const SimulatedFile& file) {
   // Only now: the file may have loaded them.
   if (!file.executor.empty()) executors().check(file.executor);
   if (!file.scheduler.empty()) schedulers().check(file.scheduler);
+  system.execution_scales = scales_of(file);
   if (file.cpus != 0) {
     system.machine.cpus.resize(file.cpus);
     std::iota(system.machine.cpus.begin(), system.machine.cpus.end(), 0);
@@ -50,7 +74,8 @@ SimulationOptions options_of(const SystemDescription& system, const SimulatedFil
                                          .scheduler = file.scheduler,
                                          .mode = file.mode},
                            .measured = {},
-                           .duration = parse_run_time(file.duration)};
+                           .duration = parse_run_time(file.duration),
+                           .speed = file.speed};
   const std::string& model = file.model.empty() ? system.model : file.model;
   if (!model.empty()) result.measured = read_measured_model(model);
   return result;
@@ -69,7 +94,9 @@ std::string replay_command(const SimulatedFile& file, const Scenario& scenario) 
   add("--scheduler", file.scheduler, usual.scheduler);
   add("--mode", file.mode, usual.mode);
   add("--cpus", std::to_string(file.cpus), std::to_string(usual.cpus));
+  add("--speed", fmt::format("{}", file.speed), fmt::format("{}", usual.speed));
   for (const std::string& setting : file.settings) add("--set", setting, "");
+  for (const std::string& scale : file.scales) add("--scale", scale, "");
   add("--duration", file.duration, usual.duration);
   add("--replay", to_string(scenario), "");
   return command;

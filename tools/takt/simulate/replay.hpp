@@ -16,7 +16,9 @@ namespace takt::tools {
 struct SimulatedFile {
   std::string file, model, as, executor, placement = "file", scheduler, mode, duration = "10s";
   std::vector<std::string> settings;  // KEY=VALUE
+  std::vector<std::string> scales;    // NAME=FACTOR
   std::uint64_t cpus = 0;             // 0: those of the file
+  double speed = 1;
 };
 
 /// Throws Error for a bad file.

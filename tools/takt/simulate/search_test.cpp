@@ -32,7 +32,7 @@ std::vector<Worst> search(const Simulation& simulation, int runs, std::uint64_t 
   ScenarioSearch found(seed);
   for (int i = 0; i < runs; ++i) {
     const Scenario scenario = found.next();
-    found.add(scenario, simulation.run(scenario), simulation.time_to_begin());
+    found.add(simulation.run(scenario), simulation.time_to_begin());
   }
   return found.worst();
 }

@@ -13,7 +13,7 @@ import sys
 import tempfile
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
-from checks import check, environment, eventually, finish  # noqa: E402
+from checks import check, environment, eventually, finish, proves  # noqa: E402
 
 takt, library = map(os.path.abspath, sys.argv[1:])
 folder = tempfile.TemporaryDirectory(prefix="takt_exit_status_")
@@ -22,6 +22,9 @@ environment = {**environment, "WITNESS": folder.name}
 for name, component in (("good", f"component: Witness, library: {library}"), ("wrong", "component: Nobody")):
     with open(f"{name}.yaml", "w") as file:
         file.write("container:\n  components:\n      - {%s}\n" % component)
+with open("simulated.yaml", "w") as file:
+    file.write("machine: {cpus: 1}\nchains: [{name: c, deadline: 1s, path: [driver/imu_timer]}]\ncontainer:\n  components:\n    - {component: takt::Workload, "
+               "name: driver, parameters: {publishers: {topic: [imu], period_us: [1000]}}}\n")
 # A definition that is wrong: `interface show` said 2, what sends and calls said 1.
 for kind, text in (("msg", "Loop a\n"), ("srv", "bad/Loop a\n---\n"), ("action", "bad/Loop a\n---\n---\n")):
     os.makedirs(f"share/bad/{kind}")
@@ -115,6 +118,23 @@ for words, is_bounded in ((("run", "good.yaml"), False), (("run", "good.yaml", "
         check("it runs", eventually(runs))
         status, said = ended_by(number, process)
         check(f"{number.name} to takt {' '.join(words)}", status == (128 + number if is_bounded else 0), status, said)
+# Between two runs of a simulation, of which some are complete by then.
+for claim, words in (
+        (proves("command_line.md", "Ctrl-C ends it after the run that is under way, and shows what there is; the exit status is then 130."),
+         ("simulate", "simulated.yaml", "--runs", "1000000")),
+        (proves("command_line.md", "Ctrl-C ends the simulation after the run that is under way: the analysis counts those before, and the exit "
+                "status is 130."),
+         ("analyze", "simulated.yaml", "--simulate", "1000000", "--suggest", "off"))):
+    process = start(*words)
+
+    def has_worked():
+        with open(f"/proc/{process.pid}/stat") as stat:
+            return int(stat.read().rsplit(")", 1)[1].split()[11]) > os.sysconf("SC_CLK_TCK")
+
+    check("it simulates", eventually(has_worked))
+    status, said = ended_by(signal.SIGINT, process)
+    check(claim, status == 130 and re.search(r"^c .* [0-9]", said, re.M) and
+          re.search(r"SIGINT came when [1-9][0-9]* of 1000000 (simulated )?runs were complete", said), status, said)
 for words, is_bounded in ((("bag", "record", "--all"), False), (("bag", "record", "--all", "--duration", "1h"), True)):
     process = start(*words)
     check("it records", "Ctrl-C ends it" in process.stdout.readline())
