@@ -208,6 +208,12 @@ bool AssumptionFinder::sends(std::size_t index) const {
   return sent ? sent->messages != 0 : !model_.system.callbacks[index].outputs.empty();
 }
 
+std::optional<Nanoseconds> ModelParts::said_by_component(std::size_t index) const {
+  const ModelledProcess::Callback& callback = *callbacks_[index];
+  const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callback.node.get());
+  return component != nullptr ? component->execution_time(callback.entity->name()) : std::nullopt;
+}
+
 double execution_scale(const SystemDescription& description, const Node& node,
                        const std::string& callback) {
   double scale = 1;

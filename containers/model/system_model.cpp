@@ -91,12 +91,6 @@ std::pair<double, double> ModelParts::speeds_of(std::size_t executor) const {
   return {*least, *most};
 }
 
-std::optional<Nanoseconds> ModelParts::said_by_component(std::size_t index) const {
-  const ModelledProcess::Callback& callback = *callbacks_[index];
-  const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callback.node.get());
-  return component != nullptr ? component->execution_time(callback.entity->name()) : std::nullopt;
-}
-
 void ModelBuilder::set_execution(std::size_t index) {
   const ModelledProcess::Callback& callback = *callbacks_[index];
   analysis::Callback& described = model_.system.callbacks[index];

@@ -15,14 +15,13 @@
 #include "takt/containers/modes.hpp"
 #include "takt/containers/simulation/arrivals.hpp"
 #include "takt/containers/simulation/fault_injection.hpp"
+#include "takt/containers/simulation/first_releases.hpp"
 #include "takt/containers/simulation/simulated_bodies.hpp"
 #include "takt/entities/task_runner.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 
 namespace takt {
 namespace {
-
-constexpr TimePoint kBegin{std::chrono::seconds(1)};
 
 [[noreturn]] void refuse(const SystemDescription& system, const std::string& what,
                          const std::string& instead, const SourceLine& where = {}) {
@@ -231,47 +230,6 @@ CpuModel::Options machine_of(const SystemDescription& system, const MeasuredMode
   return options;
 }
 
-/// The first releases of a scenario.
-class FirstReleases {
- public:
-  FirstReleases(const Scenario& scenario, Nanoseconds duration)
-      : scenario_(scenario), duration_(duration), draws_(2 * scenario.seed + 1) {}
-
-  TimePoint of(const std::string& callback, Nanoseconds distance) {
-    distance = std::min(distance, duration_);
-    // Always, so that those of the others do not depend on what is given.
-    Nanoseconds phase(draws_.below(std::max<std::int64_t>(1, distance.count())));
-    for (const std::string& name : {callback, std::string(Scenario::kAll)}) {
-      const auto given = scenario_.phases.find(name);
-      if (given == scenario_.phases.end()) continue;
-      phase = given->second;
-      break;
-    }
-    releases_.push_back({callback, phase, distance});
-    return later(kBegin, phase + Nanoseconds(1));
-  }
-
-  /// Throws Error if the scenario names something else.
-  std::vector<SimulatedRun::Release> all() const {
-    std::vector<std::string> names{Scenario::kAll};
-    for (const SimulatedRun::Release& release : releases_) names.push_back(release.callback);
-    for (const auto& [name, phase] : scenario_.phases) {
-      if (std::find(names.begin(), names.end(), name) != names.end()) continue;
-      throw Error(fmt::format("the scenario has a phase of '{}', which is no timer that runs, and "
-                              "nothing that arrives from outside",
-                              name),
-                  suggest(name, names));
-    }
-    return releases_;
-  }
-
- private:
-  const Scenario& scenario_;
-  const Nanoseconds duration_;
-  Draws draws_;
-  std::vector<SimulatedRun::Release> releases_;
-};
-
 /// After all threads are there: what is due before depends on when they come.
 void set_phases(const ModelledProcess& process, const SystemModel& model, FirstReleases& first) {
   for (std::size_t i = 0; i < process.callbacks.size(); ++i) {
@@ -396,7 +354,7 @@ void add_moments(SimulatedRun& run, const SimulatedBodies& bodies) {
   for (const ProcessResult::ChainResult& chain : run.result.chains) {
     std::vector<Nanoseconds>& moments = run.moments.emplace_back();
     for (const TimePoint moment : bodies.longest_instance(chain.name))
-      moments.push_back(between(later(kBegin, Nanoseconds(1)), moment));
+      moments.push_back(between(later(kSimulationBegin, Nanoseconds(1)), moment));
   }
 }
 
@@ -416,7 +374,7 @@ void add_changes(SimulatedRun& run, const std::vector<CpuModel::Change>& changes
 
 SimulatedRun Simulation::run(Scenario scenario) const {
   const MeasuredModel* const measured = options_.measured ? &*options_.measured : nullptr;
-  ManualClock clock(kBegin, machine_of(system_, measured));
+  ManualClock clock(kSimulationBegin, machine_of(system_, measured));
   FaultInjection faults(clock);
   SimulatedBodies bodies(clock, scenario.times == Scenario::Times::drawn, 2 * scenario.seed,
                          faults);
@@ -437,7 +395,7 @@ SimulatedRun Simulation::run(Scenario scenario) const {
   if (scenario.faults.empty())
     scenario.faults = faulty.drawn(options_.faults, scenario.seed, options_.duration);
   faulty.check(scenario.faults);
-  faults.set_up(scenario.faults, later(kBegin, Nanoseconds(1)), process, model);
+  faults.set_up(scenario.faults, later(kSimulationBegin, Nanoseconds(1)), process, model);
   bring_up(process);
   if (overrides.trace_events != 0) clock.record(changes);
   container.start();
@@ -446,7 +404,7 @@ SimulatedRun Simulation::run(Scenario scenario) const {
   add_late_messages(sources, faults);
   std::vector<SimulatedRun::Release> releases = first.all();
   container.release();
-  const TimePoint end = later(kBegin, options_.duration);
+  const TimePoint end = later(kSimulationBegin, options_.duration);
   advance(clock, end, sources, [&] {
     if (bodies.unknown().empty()) return;
     throw Error(
