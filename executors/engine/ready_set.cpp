@@ -22,6 +22,7 @@ bool ReadySet::has_another() noexcept {
       hand_back(first);
       return true;
     }
+    window_ = std::max(window_, first->window);  // as that worker would
     exclusion.park(*first);
     record.state.park();
   }
