@@ -20,8 +20,8 @@ Scenario ScenarioSearch::next() {
   const std::uint64_t run = runs_++;
   Scenario scenario{.seed = seed_ + run};
   if (run == 0 || releases_.empty()) return scenario;
-  if (run % 2 == 1 && missed_ < 2 * releases_.size()) return just_missed();
-  if (run % 4 != 2 && !places_.empty()) return climb();
+  if (run % 4 == 1 && missed_ < 2 * releases_.size()) return just_missed();
+  if (run % 2 == 1 && !places_.empty()) return climb();
   scenario.phases.clear();
   if (run % 8 == 6) scenario.times = Scenario::Times::drawn;
   return scenario;

@@ -18,7 +18,8 @@ namespace TAKT_INTERNAL takt {
 ///
 /// 1. Just missed: one callback is released just after all others, which are served before it; or
 ///    just before them, so that it has begun when they come.
-/// 2. Any phases, with execution times that are the longest, or drawn.
+/// 2. Any phases, with execution times that are the longest, or drawn: half of all runs. Some worst
+///    cases are coincidences, to which nothing that climbs is led.
 /// 3. Climbing: the worst scenario of a chain, with another phase of one callback. It is any, or
 ///    near the one that it had; or a release of it comes when the longest instance of the chain was
 ///    released, or when a callback of that began or ended, or before.
