@@ -106,7 +106,8 @@ class Oracle {
   struct Part {  // an executor
     const analysis::Executor* executor = nullptr;
     std::set<std::pair<Time, std::size_t>> timers;
-    std::vector<std::size_t> inbox;
+    std::vector<std::size_t> inbox;             // announced
+    std::vector<Waiting::Entry> next_snapshot;  // of a wait set
     Waiting waiting;
     std::vector<std::size_t> busy;  // groups
     std::uint64_t window = 0;
@@ -287,7 +288,8 @@ class Oracle {
   }
   void pass_on(Part& part) {
     if (!is_shared(part)) return;
-    if (!part.waiting.is_empty() || !part.inbox.empty() || nobody_waits_for_first(part)) {
+    if (!part.waiting.is_empty() || !part.next_snapshot.empty() || !part.inbox.empty() ||
+        nobody_waits_for_first(part)) {
       wake(static_cast<std::size_t>(&part - parts_.data()));
     }
   }
@@ -385,11 +387,8 @@ class Oracle {
   }
   void send(Sent sent) {
     Part& part = parts_[at(sent.from->callback).executor];
-    if (has_periods(part)) {
-      part.outputs.push_back(std::move(sent));
-    } else {
-      deliver(std::move(sent));
-    }
+    if (!has_periods(part)) return deliver(std::move(sent));
+    part.outputs.push_back(std::move(sent));
   }
   void deliver(Sent sent) {
     const std::size_t to = sent.to;
@@ -400,17 +399,14 @@ class Oracle {
     const std::uint64_t sequence = ++sequence_;
     const Time arrival = sent.is_inside ? sent.from->arrival : now_;
     state.messages.push_back({now_, sequence, sent.from, arrival, std::move(sent.joined)});
-    const bool is_from_this_worker = is_from_here && !is_shared(part);
-    if (is_from_this_worker && !part.executor->is_wait_set) {
-      if (!state.held && !state.queued) hold(part, to, now_, sequence);
+    if (is_from_here && !is_shared(part)) {  // from this worker
+      if (!state.held && !state.queued) enqueue(part, to, now_, sequence);
       return;
     }
     // Another worker is of no use for what waits for this callback's group.
     const bool wakes =
         is_from_here ? at(sent.from->callback).group != at(to).group : !has_periods(part);
-    if (announce(part, to, now_, sequence) && wakes && !is_from_this_worker) {
-      wake(at(to).executor);
-    }
+    if (announce(part, to, now_, sequence) && wakes) wake(at(to).executor);
   }
 
   // ---- What is ready ----
@@ -428,12 +424,34 @@ class Oracle {
     const std::uint64_t ahead = part.executor->is_wait_set ? 0 : 1;
     part.waiting.push({callback, ready, sequence, part.window + ahead});
   }
-  void poll(Part& part) {
-    if (part.executor->is_wait_set) ++part.window;
+  void drain(Part& part) {
     for (const std::size_t callback : std::exchange(part.inbox, {})) {
       State& state = states_[callback];
       state.drained = true;
-      if (!state.held) hold(part, callback, state.announced_ready, state.announced);
+      if (state.held) continue;
+      state.held = true;
+      add(part, callback, state.announced_ready, state.announced);
+    }
+  }
+  void add(Part& part, std::size_t callback, Time ready, std::uint64_t sequence) {
+    if (part.executor->is_wait_set) {
+      part.next_snapshot.push_back({callback, ready, sequence, 0});
+    } else {
+      part.waiting.push({callback, ready, sequence, part.window + 1});
+    }
+  }
+  // A worker has found it ready: nobody has announced it, so who does next announces it anew.
+  void enqueue(Part& part, std::size_t callback, Time ready, std::uint64_t sequence) {
+    if (part.executor->is_wait_set) drain(part);  // they came before
+    states_[callback].held = true;
+    add(part, callback, ready, sequence);
+  }
+  void poll(Part& part) {
+    if (part.executor->is_wait_set) ++part.window;
+    drain(part);
+    for (Waiting::Entry& entry : std::exchange(part.next_snapshot, {})) {
+      entry.window = part.window;
+      part.waiting.push(entry);
     }
     while (!part.timers.empty() && part.timers.begin()->first <= now_) {
       const auto [due, callback] = *part.timers.begin();
@@ -458,18 +476,7 @@ class Oracle {
       return;
     }
     const Message& front = state.messages.front();
-    if (!part.executor->is_wait_set) {
-      part.waiting.push({callback, front.ready, front.sequence, part.window + 1});
-      return;
-    }
-    state.held = false;
-    if (std::exchange(state.drained, false)) {
-      state.announced_ready = front.ready;
-      state.announced = front.sequence;
-      part.inbox.push_back(callback);
-    } else {
-      announce(part, callback, front.ready, front.sequence);
-    }
+    enqueue(part, callback, front.ready, front.sequence);
   }
 
   const analysis::System& system_;
