@@ -128,8 +128,9 @@ void CpuModel::account(TimePoint now) {
   for (State& cpu : states_) {
     if (Thread* const thread = cpu.running; thread != nullptr) {
       const Nanoseconds elapsed = now - std::exchange(thread->since_, now);
-      thread->work_ =
-          std::max<std::int64_t>(0, thread->work_ - elapsed.count() * speed_of(*thread));
+      // What is left of the last nanosecond belongs to the work that comes next.
+      const std::int64_t speed = speed_of(*thread);
+      thread->work_ = std::max(1 - speed, thread->work_ - elapsed.count() * speed);
       thread->budget_ -= elapsed;
       thread->slice_ -= elapsed;
       thread->used_ += elapsed;
@@ -183,6 +184,7 @@ void CpuModel::work(Thread& thread, Nanoseconds amount, TimePoint now) {
 }
 
 void CpuModel::occupy(Thread& thread, Nanoseconds time, TimePoint now) {
+  thread.work_ = std::max<std::int64_t>(0, thread.work_);
   work(thread, time, now);
   thread.keeps_time_ = true;
 }
@@ -222,7 +224,7 @@ bool CpuModel::happen(Thread& thread, TimePoint now) {
     return false;
   }
   account(now);
-  if (thread.work_ == 0) return true;
+  if (thread.work_ <= 0) return true;
   if (thread.policy == Policy::deadline) {
     thread.is_throttled_ = true;
   } else {

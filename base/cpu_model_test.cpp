@@ -186,6 +186,23 @@ TEST(CpuModel, SpeedsAndChangesCount) {
   EXPECT_THAT(machine.ends(), ElementsAre(13440, 2200));
 }
 
+// Else an execution that works in three steps would take longer than its bound.
+TEST(CpuModel, WorkInStepsTakesNoLongerThanAtOnce) {
+  CpuModel::Options options = cpus(1);
+  options.cpus.front().speed = 0.75;
+  CpuModel model(options);
+  CpuModel::Thread thread;
+  thread.policy = Policy::fifo;
+  TimePoint now{};
+  model.wake(thread, now);
+  for (int step = 0; step < 3; ++step) {
+    model.work(thread, 1us, now);
+    now = model.next_event(thread);
+    EXPECT_TRUE(model.happen(thread, now));
+  }
+  EXPECT_EQ(now.time_since_epoch(), 4us);
+}
+
 TEST(CpuModel, WhatCannotBeIsAnError) {
   EXPECT_THROW(CpuModel(cpus(0)), Error);
   CpuModel::Options options = cpus(2);
