@@ -85,16 +85,19 @@ Count ArrivalCurve::most(Time window) const noexcept {
 std::vector<Time> ArrivalCurve::steps(Time limit, Time from, Count most_counts) const {
   if (jitter_ >= kUnbounded) return {0};
   std::vector<Time> result;
-  // The first arrival after those that have come by then.
-  for (Count count = most(from) + 1, looked = 0;; ++count) {
+  // From the first arrival after those that have come by then, from one instant to the next: with a
+  // long jitter, billions come at the first.
+  for (Count count = most(from) + 1; count < kUnbounded;) {
     const Time step = least_distance(count);
-    if (step >= limit) return result;
-    if (looked++ == most_counts) {
+    if (step >= limit) break;
+    if (static_cast<Count>(result.size()) == most_counts) {
       throw Error(fmt::format("more than {} arrivals in a busy window", most_counts),
                   "give times of like size: longer periods, shorter jitter and executions");
     }
-    if (result.empty() || result.back() != step) result.push_back(step);
+    result.push_back(step);
+    count = plus(std::max(count, most(plus(step, 1))), 1);
   }
+  return result;
 }
 
 }  // namespace takt::analysis

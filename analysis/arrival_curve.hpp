@@ -47,7 +47,7 @@ class ArrivalCurve {
   /// δ⁻(count): least time from the first to the last of so many.
   Time least_distance(Count count) const noexcept;
   /// The instants at which the most critical sequence of arrivals has one more, from `from` to
-  /// below `limit`. Throws Error when more than `most_counts` arrivals are to be looked at.
+  /// below `limit`. Throws Error when these are more than `most_counts`.
   std::vector<Time> steps(Time limit, Time from = 0, Count most_counts = kUnbounded) const;
 
   /// By their numbers, in any order.

@@ -33,6 +33,10 @@ TEST(ArrivalCurve, GoesOnAfterItsDistances) {
   EXPECT_THAT(bursts.steps(12), ElementsAre(0, 1, 10, 11));
 }
 
+TEST(ArrivalCurve, ALongJitterHasAsFewSteps) {
+  EXPECT_THAT(ArrivalCurve::periodic(10, 4'000'000'000'000'003).steps(25), ElementsAre(0, 7, 17));
+}
+
 TEST(ArrivalCurve, DistancesAndCountsAgree) {
   for (const ArrivalCurve& curve :
        {ArrivalCurve::periodic(7), ArrivalCurve::periodic(7, 20), ArrivalCurve::periodic(9, 30, 2),
