@@ -34,6 +34,7 @@ constexpr std::size_t kMostBytes = std::size_t{256} << 20;
 // Limit: files in a bundle. At it: it is not opened. Seen: the error.
 constexpr std::size_t kMostFiles = 1000;
 constexpr std::size_t kLongestName = 200;
+constexpr std::size_t kLongestVersion = 40;  // of it more is not shown
 
 [[noreturn]] void refuse(const std::string& path, const std::string& why) {
   throw Error(why, "ask its maker for another one; nothing was written", path);
@@ -236,7 +237,7 @@ std::string version_of(const std::vector<BundledFile>& files) {
     if (file.path != kManifest) continue;
     const json made = rt::json_or_null(file.content).value("takt", json());
     const json version = made.is_object() ? made.value("version", json()) : json();
-    return version.is_string() ? version.get<std::string>() : "";
+    return version.is_string() ? version.get<std::string>().substr(0, kLongestVersion) : "";
   }
   return "";
 }

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <set>
 #include <sstream>
 #include <string>
 #include <system_error>
@@ -101,7 +102,7 @@ fs::path find(const Program& program) {
       if (!part.empty()) prefixes.emplace_back(part);
     }
   }
-  std::vector<std::string> packages, programs;
+  std::set<std::string> packages, programs;  // a folder may be named twice
   for (const fs::path& folder : prefixes) {
     const std::vector<std::string> names = names_in(folder / "lib" / program.package);
     if (std::find(names.begin(), names.end(), program.name) != names.end()) {
@@ -109,23 +110,24 @@ fs::path find(const Program& program) {
       if (is_named || folder != kInstall || is_ours(found)) return found;
       continue;
     }
-    programs.insert(programs.end(), names.begin(), names.end());
+    programs.insert(names.begin(), names.end());
     std::error_code none;
     for (const auto& entry : fs::directory_iterator(folder / "lib", none)) {
-      if (!names_in(entry.path()).empty()) packages.push_back(entry.path().filename());
+      if (!names_in(entry.path()).empty()) packages.insert(entry.path().filename());
     }
   }
   if (!programs.empty()) {
     throw Error(
         fmt::format("package '{}' has no program '{}'", program.package, printable(program.name)),
-        suggest(program.name, programs));
+        suggest(program.name, std::vector(programs.begin(), programs.end())));
   }
   throw Error(fmt::format("no package '{}' with programs is installed in '{}' or a prefix of "
                           "AMENT_PREFIX_PATH",
                           printable(program.package), printable(prefixes.front().string())),
-              packages.empty() ? "build it with `takt ros2 build`, or name the folder with "
-                                 "--install-base"
-                               : suggest(program.package, packages));
+              packages.empty()
+                  ? "build it with `takt ros2 build`, or name the folder with "
+                    "--install-base"
+                  : suggest(program.package, std::vector(packages.begin(), packages.end())));
 }
 
 void run(const Program& program) {
