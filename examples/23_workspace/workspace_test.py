@@ -57,11 +57,11 @@ with tempfile.TemporaryDirectory() as folder:
     check("the packages build", status == 0, said[-3000:])
     results = drive(work)
     check("one thread serves both", [thread["executor"] for thread in results["threads"]][:1] == ["base"], results["threads"])
-    check("the way there and back is measured", results["chains"][0]["instances"] > 0, results["chains"])
+    check("the way to the controller is measured", results["chains"][0]["instances"] > 0, results["chains"])
     results = drive(work, "--as", "picas")
-    loop = [thread for thread in results["threads"] if thread["name"] == "loop"]
+    step = [thread for thread in results["threads"] if thread["name"] == "step"]
     refused = [note for note in results["notes"] if "SCHED_FIFO" in note]
-    check("by a word, the chain has a real-time thread", loop and (loop[0]["in_force"]["policy"] == "SCHED_FIFO" or refused), results["threads"])
+    check("by a word, the chain has a real-time thread", step and (step[0]["in_force"]["policy"] == "SCHED_FIFO" or refused), results["threads"])
     status, said = say("compare", robot, "--executors", "file", "--as", "picas", "--duration", "1s")
     check("both are compared", status == 0 and "\nfile " in said and "\npicas " in said, said)
 finish()
