@@ -45,7 +45,8 @@ void ConfigurationReader::read_component(const Value& value) {
       {"namespace", "The node's namespace, for example `/front`. By default, the root.",
        into_name_space(component.name_space)},
       {"parameters",
-       "The node's parameters. Integers are taken for floating-point numbers, in lists also for "
+       "The node's parameters. Integers are taken for floating-point numbers (but by "
+       "components of rclcpp, which refuse them as in ROS 2), in lists also for "
        "bytes, and an empty list for one of any type. A nested map is a prefix: `{a: {b: 1}}` sets "
        "the parameter `a.b`.",
        [&](const Value& parameters) { read_parameters(parameters, "", component); }},
