@@ -70,9 +70,9 @@ function(takt_man_pages target)
 endfunction()
 
 # takt_optimise_little(target -O1): for what may be slow, so that it compiles sooner: in release builds as
-# it says, with the address sanitizer not at all.
+# it says, with sanitizers not at all.
 function(takt_optimise_little target level)
-  if(TAKT_SANITIZE MATCHES address)
+  if(TAKT_SANITIZE)
     target_compile_options(${target} PRIVATE -O0)
   else()
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:${level}>)
