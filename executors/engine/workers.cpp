@@ -178,6 +178,8 @@ Nanoseconds Workers::patience_of(const Worker& worker) const noexcept {
 // anything for so long. Returns true if there may be something to run.
 bool Workers::search(Worker& worker, TimePoint until, Nanoseconds patience,
                      const Expected& expected) noexcept {
+  // Not if it has to be there at a release, or always.
+  const bool yields = yields_ && patience != Nanoseconds::max();
   const Nanoseconds between_looks = lock_.is_shared() ? kMoment : Nanoseconds::zero();
   set_wait(worker, until);
   if (lock_.is_shared()) search_.store(Search::quiet);
@@ -192,7 +194,7 @@ bool Workers::search(Worker& worker, TimePoint until, Nanoseconds patience,
       spin_pause();
       now = clock.now();
     } while (now < look);
-    if (yields_) sched_yield();
+    if (yields) sched_yield();
     Search asked = Search::asked;
     if (search_.load(std::memory_order_relaxed) == asked &&  // else it leaves the line to others
         search_.compare_exchange_strong(asked, Search::quiet)) {
