@@ -146,7 +146,7 @@ Time Part::snapshot_until(std::size_t last) const {
     if (executor.order == Order::by_urgency) return callback.urgency >= at(last).urgency;
     return true;
   };
-  Time result = 0;
+  Time result = executor.sending;  // comes first, also what is of callbacks after `last`
   for (const std::size_t callback : callbacks) {
     if (is_served(at(callback))) result = plus(result, at(callback).execution);
   }
@@ -159,8 +159,9 @@ bool Part::fits_into_period() const {
 }
 
 Time Part::lateness() const {
-  return fits_into_period() ? plus(supply.time_for(1, limit) - 1, system.overheads.wake)
-                            : kUnbounded;
+  return fits_into_period()
+             ? plus(supply.time_for(plus(executor.sending, 1), limit) - 1, system.overheads.wake)
+             : kUnbounded;
 }
 
 Time Part::least_distance_of_outputs() const {

@@ -42,7 +42,8 @@ void check(const System& system) {
     refuse_unless(executor.levels == 0 || (executor.threads == 1 && !executor.is_wait_set),
                   executor.name,
                   "callbacks interrupt each other on one CPU, without polling points");
-    refuse_unless(executor.let_period >= 0, executor.name, "a period is not negative");
+    refuse_unless(executor.let_period >= 0 && executor.sending >= 0, executor.name,
+                  "a period, and what it takes to send at its end, are not negative");
     refuse_unless(executor.early_wake >= 0 && executor.spin >= 0 && executor.more_dispatch >= 0,
                   executor.name, "what it spins, and a dispatch, are not negative");
     refuse_unless(!executor.share || !executor.share->cpus.empty(), executor.name,

@@ -60,6 +60,7 @@ struct Executor {
   /// Logical execution time: at the end of every such period it takes one input of each callback,
   /// runs these, and sends what they publish at the end of the next. 0: it does not.
   Time let_period = 0;
+  Time sending = 0;  // what its callbacks send then takes so long; a part of their executions
   /// One of these places for its threads, or else a processor for each, of which nobody takes a
   /// part. Linux keeps all reservations together, by EDF on all CPUs: so each preempts all others.
   std::optional<Reservation> reservation;

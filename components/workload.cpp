@@ -33,9 +33,9 @@ T entry(const std::vector<T>& list, std::size_t index, std::size_t count, const 
         "give one for each topic, or remove the list");
   }
   if constexpr (std::is_same_v<T, std::int64_t>) {
-    if (list[index] > kMostOfEntry) {
+    if (list[index] < 0 || list[index] > kMostOfEntry) {
       throw Error(fmt::format("parameter '{}' is {}", name, list[index]),
-                  fmt::format("write at most {}", kMostOfEntry));
+                  fmt::format("write 0 to {}", kMostOfEntry));
     }
   }
   return list[index];

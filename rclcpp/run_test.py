@@ -140,6 +140,16 @@ def is_measured(folder):
     document = json.loads((folder / "compared.json").read_text())
     check("six runs", len(document["runs"]) == 6 and keeps_schema(document), document)
 
+    file = folder / "half.yaml"
+    file.write_text(FILE.replace("  /listener: {executor: fast}\n", "").replace(", listener//chatter", "").replace(
+        "realtime: off", "realtime: require").replace("{nice: 1}", "{policy: SCHED_FIFO, priority: 50, affinity: [0]}"))
+    done = run("analyze", str(file), "--model", str(model), "--overheads", "measure", "--json", "-", "--allow-unbounded", "--", program)
+    chain = json.loads(done.stdout)["chains"][0]
+    check("nodes that the file leaves to the program are in its model, too", chain["bound_us"], chain, done.stderr)
+    model.write_text(model.read_text().replace("/talker/", "/speaker/"))
+    done = run("analyze", str(file), "--model", str(model), "--", program, status=2)
+    check("but a model of another program is refused", "has no node of that name; give the model of this system" in done.stderr, done.stderr)
+
 
 def is_analysed(folder):
     file = folder / "robot.yaml"

@@ -7,6 +7,7 @@
 namespace takt {
 namespace {
 
+constexpr bool kOfContainers = true;
 constexpr std::array kKinds{
     AssumptionKind{"as_declared", "what the file or the code states, and no run has shown, is so",
                    "", "execution times, periods and arrivals",
@@ -15,7 +16,7 @@ constexpr std::array kKinds{
                    "", "measure longer and under the worst load, then accept it"},
     AssumptionKind{"brought_up_by_others",
                    "somebody outside of the file brings nodes up, as in the measured run", "", "",
-                   "`lifecycle: {bring_up: [NODE]}`"},
+                   "`lifecycle: {bring_up: [NODE]}`", kOfContainers},
     AssumptionKind{"budgets_hold", "no execution is longer than its `budget`",
                    "while it runs: each overrun is counted and reported", "", ""},
     AssumptionKind{
@@ -30,7 +31,7 @@ constexpr std::array kKinds{
                    "measure here: `takt run --trace`, `takt model`"},
     AssumptionKind{"no_other_publishers",
                    "nobody outside of the file sends to its callbacks, or receives what they send",
-                   "", "", "`dds: {discovery: \"off\"}`, if nobody shall"},
+                   "", "", "`dds: {discovery: \"off\"}`, if nobody shall", kOfContainers},
     AssumptionKind{"no_page_faults", "memory of the process stays where it is", "",
                    "the page faults of each thread",
                    "`memory: {lock: true}` and `realtime: require`"},
@@ -47,7 +48,8 @@ constexpr std::array kKinds{
         "", "what containers do, and what nodes change of their callbacks",
         "name the model in the file (`model`): then a container refuses to load and to "
         "change what takes a guarantee away; of several processes, it does not know the "
-        "others"},
+        "others",
+        kOfContainers},
     AssumptionKind{"overheads_are_zero", "Linux and Takt need no time besides that of callbacks",
                    "", "",
                    "`--overheads measure`, a model of a longer run, or `machine: {overheads: "

@@ -33,6 +33,7 @@ struct AssumptionKind {
   std::string_view check;    // when Takt looks, whatever the file; empty: it does not
   std::string_view watched;  // what of it `analysis: {watch: true}` sees; empty: nothing
   std::string_view remedy;   // what makes it needless, beside that and `accept`
+  bool is_remedy_of_containers = false;  // the file of a program cannot have it
 };
 /// When Takt looks; empty: it cannot. `may_watch`: the file could have a watch, or has one.
 std::string check_of(const AssumptionKind& kind, bool may_watch);

@@ -295,6 +295,155 @@ chains: [{{name: c, path: [a/w_timer]}}]
   EXPECT_EQ(found("{message: 10us, receiver: 5us}").text_of("overheads_are_zero"), "");
 }
 
+// Reading 8 MB of another process was no work, and delayed a chain that has nothing to do with it.
+TEST(CodeTraps, TakingAMessageOfAnotherProcessIsWork) {
+  const auto found = [](const std::string& overheads, const std::string& more = {}) {
+    std::string text = two_processes("topics: {/x: {delay: {max: 1ms}}}\n");
+    const auto replace = [&](std::string_view what, const std::string& with) {
+      text.replace(text.find(what), what.size(), with);
+    };
+    replace("cpus: [0, 1]", "cpus: [0, 1]" + overheads);
+    replace("period_us: [20000]", "period_us: [20000], size_bytes: [2000000]");
+    replace("subscriptions: {topic: [x], work_us: [100]}}",
+            "subscriptions: {topic: [x], work_us: [100]}}" + more);
+    return analyzed(text);
+  };
+  const std::string publish = ", overheads: {publish: {message: 10us, megabyte: 1ms}}";
+  const auto taken = found(publish);
+  EXPECT_EQ(taken.model.system.callbacks.at(1).execution, 2'110'000);
+  EXPECT_EQ(taken.text_of("overheads_are_zero").find("taking"), std::string::npos);
+  EXPECT_THAT(found("").text_of("overheads_are_zero"),
+              HasSubstr("taking a message of another process"));
+  EXPECT_THAT(found(publish, ", callbacks: {x: {budget: 5ms}}").text_of("overheads_are_zero"),
+              HasSubstr("taking a message of another process"));
+}
+
+// Of a topic, a gibibyte of messages from other processes may wait.
+TEST(CodeTraps, LargeMessagesThatWaitAreLost) {
+  const auto lossy = [](int megabytes) {
+    std::string text = two_processes("topics: {/x: {delay: {max: 10s}}}\n");
+    const std::string_view period = "period_us: [20000]";
+    text.replace(text.find(period), period.size(),
+                 fmt::format("period_us: [20000], size_bytes: [{}000000]", megabytes));
+    const std::string_view topic = "{topic: [x], work_us: [100]}";
+    text.replace(text.find(topic), topic.size(), "{topic: [x], work_us: [100], depth: [1000]}");
+    return analyzed(text).bounds.chains.at(0).why_lossy;
+  };
+  EXPECT_THAT(lossy(8), HasSubstr("have a gibibyte"));
+  EXPECT_THAT(lossy(1), HasSubstr("may be overwritten"));  // half of one wait
+}
+
+// Of more than sixteen chains that joins continue as one, the others end there.
+TEST(CodeTraps, JoinsContinueSixteenChains) {
+  const auto why_not = [](int each) {
+    std::string text = "container:\n  components:\n", chains;
+    const auto add = [&](const char* name, const std::string& parameters) {
+      text += fmt::format("    - {{component: takt::Workload, name: {}, parameters: {{{}}}}}\n",
+                          name, parameters);
+    };
+    for (const char* join : {"j", "k"}) {
+      std::string inputs, outputs, periods;
+      for (int i = 0; i < each; ++i) {
+        inputs += fmt::format("{}{}{}", i > 0 ? ", " : "", join, i);
+        outputs += fmt::format("{}o{}", i > 0 ? ", " : "", join);
+        periods += i > 0 ? ", 20000" : "20000";
+        chains += fmt::format(
+            "  - {{name: {0}{1}, path: [s{0}/{0}{1}_timer, {0}/{0}{1}, m/o{0}, w/o]}}\n", join, i);
+      }
+      add(fmt::format("s{}", join).c_str(),
+          fmt::format("publishers: {{topic: [{}], period_us: [{}]}}", inputs, periods));
+      add(join, fmt::format("relays: {{input: [{}], output: [{}]}}", inputs, outputs));
+    }
+    add("m", "relays: {input: [oj, ok], output: [o, o]}");
+    add("w", "subscriptions: {topic: [o]}");
+    return analyzed(text + "chains:\n" + chains).chain().why_not;
+  };
+  EXPECT_EQ(why_not(8), "");
+  EXPECT_THAT(why_not(9), HasSubstr("18 chains go through the join before '/w/o', and 16"));
+}
+
+// Waking forty threads was in no execution, as a run had measured all on one.
+TEST(CodeTraps, AModelOfOneExecutorSaysWhatItLacks) {
+  const auto text = [](const char* of_receiver) {
+    MeasuredModel measured{.path = "m.yaml", .duration = 10s};
+    measured.executors = {{"a", "events", "fifo", {"/x/x_timer"}}};
+    measured.executors.push_back({of_receiver, "events", "fifo", {"/y/x"}});
+    for (const char* name : {"/x/x_timer", "/y/x"}) {
+      measured.callbacks.push_back(
+          {.name = name, .executions = 9, .longest_execution = 1ms, .least_distances = {10ms}});
+    }
+    return analyzed(R"(
+threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}, b: {policy: SCHED_FIFO, priority: 60, affinity: [1]}}
+executors: {a: {type: events, threads: [a]}, b: {type: events, threads: [b]}}
+container:
+  components:
+    - {component: takt::Workload, name: x, executor: a, parameters: {publishers: {topic: [x], period_us: [50000]}}}
+    - {component: takt::Workload, name: y, executor: b, parameters: {subscriptions: {topic: [x]}}}
+chains: [{name: c, path: [x/x_timer, y/x]}]
+)",
+                    &measured)
+        .text_of("as_measured");
+  };
+  EXPECT_THAT(text("a"), HasSubstr("'/x/x_timer' takes as long to wake other executors"));
+  EXPECT_EQ(text("b").find("to wake other executors"), std::string::npos);
+}
+
+// A process that starts again sends its start's burst to another one, in the middle of a run.
+TEST(CodeTraps, NoProcessStartsAgain) {
+  const auto text = [](const char* restart) {
+    std::string file = two_processes("topics: {/x: {delay: {max: 1ms}}}\n");
+    const std::string_view name = "name: p1, ";
+    file.replace(file.find(name), name.size(), std::string(name) + restart);
+    return analyzed(file).text_of("nothing_is_changed");
+  };
+  EXPECT_THAT(text("restart: {policy: on_failure}, "), HasSubstr("no process starts again"));
+  EXPECT_EQ(text("").find("starts again"), std::string::npos);
+}
+
+// What is sent at the end of a period leaves one after the other, and the last message is late.
+TEST(CodeTraps, SendingAtTheEndOfAPeriodTakesTime) {
+  const auto found = [](const std::string& publish, const std::string& more = {}) {
+    return analyzed(R"(
+threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}, b: {policy: SCHED_FIFO, priority: 60, affinity: [1]}}
+machine: {cpus: [0, 1], overheads: {publish: )" +
+                    publish + R"(}}
+executors: {a: {type: triggered, let: 50ms, threads: [a]}, b: {type: events, threads: [b]}}
+container:
+  components:
+    - {component: takt::Workload, name: x, executor: a, parameters: {publishers: {topic: [x], period_us: [50000], work_us: [100], size_bytes: [8000000]}}}
+    - {component: takt::Workload, name: s, executor: a, parameters: {publishers: {topic: [s], period_us: [50000], work_us: [100]}})" +
+                    more + R"(}
+    - {component: takt::Workload, name: r, executor: b, parameters: {subscriptions: {topic: [x, s], work_us: [100, 100]}}}
+chains: [{name: c, path: [s/s_timer, r/s]}]
+)");
+  };
+  const Nanoseconds without = found("{message: 0us, megabyte: 0us}").bound().bound.value();
+  const Nanoseconds with = found("{message: 1us, megabyte: 1ms}").bound().bound.value();
+  EXPECT_GE(with, without + 8ms);
+  EXPECT_LE(with, without + 9ms);
+  EXPECT_THAT(
+      found("1us", ", callbacks: {s_timer: {execution: 1ms}}").text_of("overheads_are_zero"),
+      HasSubstr("sending at the end of a period"));
+}
+
+// In one process a message of 4 MB is a pointer: what was measured so was used for two.
+TEST(CodeTraps, AModelOfOneProcessIsNotOneOfTwo) {
+  const auto text = [](const std::string& of_sender, const std::string& of_receiver) {
+    MeasuredModel measured{.path = "m.yaml", .duration = 10s};
+    measured.executors = {{of_sender + "a", "events", "fifo", {"/x/x_timer"}},
+                          {of_receiver + "b", "events", "fifo", {"/y/x"}}};
+    for (const char* name : {"/x/x_timer", "/y/x"}) {
+      measured.callbacks.push_back(
+          {.name = name, .executions = 9, .longest_execution = 1ms, .least_distances = {10ms}});
+    }
+    return analyzed(two_processes("topics: {/x: {delay: {max: 1ms}}}\n"), &measured)
+        .text_of("model_from_elsewhere");
+  };
+  EXPECT_THAT(text("", ""), HasSubstr("'/x/x_timer', '/y/x' takes as long to send to another"));
+  EXPECT_THAT(text("p/", "p/"), HasSubstr("'/x/x_timer', '/y/x' takes"));
+  EXPECT_EQ(text("p1/", "p2/"), "");
+}
+
 // A delay that was promised to be no shorter was not among what is promised.
 TEST(CodeTraps, TheLeastDelayIsAPromise) {
   const auto text = [](const char* delay) {

@@ -109,13 +109,13 @@ constexpr CoverageEntry kTable[] = {
     {"a trigger", "one", kUsed, "part_of: no bound"},
     // A container
     {"a container", "name", kIrrelevant, "only a name"},
-    {"a container", "restart", kIrrelevant,
-     "the chains of a process that has ended are no instances; the run says so"},
+    {"a container", "restart", kUsed,
+     "its own chains are no instances; what it sends to others at its start: nothing_is_changed"},
     {"a container", "load", kIrrelevant,
      "what is loaded is analysed when it comes: see change, a component is loaded"},
     {"a container", "components", kUsed, "add_callbacks"},
     // A restart
-    {"a restart", "policy", kIrrelevant, "see restart of a container"},
+    {"a restart", "policy", kUsed, "see restart of a container"},
     {"a restart", "delay", kIrrelevant, "see restart of a container"},
     {"a restart", "most", kIrrelevant, "see restart of a container"},
     // A load policy
@@ -452,7 +452,7 @@ constexpr CoverageEntry kTable[] = {
     {"change", "a peer comes to a topic", kUsed, "no_other_publishers"},
     {"change", "an overrun", kUsed, "see overrun of a callback"},
     {"change", "an exception", kUsed, "see on_exception of a component"},
-    {"change", "a process is restarted", kIrrelevant, "its instances end; the run says so"},
+    {"change", "a process is restarted", kUsed, "see restart of a container"},
     {"change", "simulated time is switched on", kUsed,
      "timers of simulated time have unknown arrivals"},
     {"change", "somebody changes a thread from outside", kUsed,

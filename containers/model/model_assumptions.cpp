@@ -90,20 +90,20 @@ void ModelParts::assume_unseen(const std::string& what, std::size_t callback) {
 std::vector<Assumption> AssumptionFinder::assumptions(
     const std::set<std::size_t>* executors) const {
   struct Parts {
-    State state = State::checked;
+    std::string id;
+    State state;
     // The sentences, each with the names that share it.
     std::vector<std::pair<std::string, std::vector<std::string>>> sentences;
     std::vector<std::string> sources;
   };
-  std::vector<std::pair<std::string, Parts>> by_id;
+  std::vector<Parts> all;
   for (const Fact& fact : facts_) {
     if (executors != nullptr && fact.executor && !executors->contains(*fact.executor)) continue;
-    auto known = std::find_if(by_id.begin(), by_id.end(),
-                              [&](const auto& other) { return other.first == fact.id; });
-    if (known == by_id.end()) known = by_id.insert(known, {fact.id, {}});
-    Parts& parts = known->second;
-    if (fact.state < parts.state) continue;  // what is worse is said
-    if (fact.state > parts.state) parts = {.state = fact.state, .sentences = {}, .sources = {}};
+    auto known = std::find_if(all.begin(), all.end(), [&](const Parts& other) {
+      return other.id == fact.id && other.state == fact.state;
+    });
+    if (known == all.end()) known = all.insert(known, {fact.id, fact.state, {}, {}});
+    Parts& parts = *known;
     auto sentence = std::find_if(parts.sentences.begin(), parts.sentences.end(),
                                  [&](const auto& other) { return other.first == fact.text; });
     if (sentence == parts.sentences.end())
@@ -112,7 +112,7 @@ std::vector<Assumption> AssumptionFinder::assumptions(
     parts.sources.push_back(fact.source);
   }
   std::vector<Assumption> result;
-  for (auto& [id, parts] : by_id) {
+  for (Parts& parts : all) {
     std::vector<std::string> texts;
     for (auto& [text, names] : parts.sentences) {
       std::string whole = text;  // no format: a name in it may have braces
@@ -126,7 +126,7 @@ std::vector<Assumption> AssumptionFinder::assumptions(
       sources.resize(kMostSources);
       sources.emplace_back("…");
     }
-    result.push_back({.id = id,
+    result.push_back({.id = parts.id,
                       .text = joined(std::move(texts), "; "),
                       .source = joined(std::move(sources), ", "),
                       .state = parts.state,
@@ -205,6 +205,12 @@ void AssumptionFinder::add_assumptions_of_model() {
             .name = {},
             .source = measured_source(),
             .executor = executor});
+    if (!says_all(i)) {
+      assume_of(i, "as_measured",
+                "what the library of the component of {} links is what it was in the measured run",
+                measured_source());
+    }
+    add_what_was_near(i);
     if (measured_->differs.empty()) continue;
     assume({.id = "model_from_elsewhere",
             .state = State::unchecked,
@@ -260,7 +266,8 @@ void AssumptionFinder::add_who_else_sends() {
       if (process_of(output.to) == process_of(i)) continue;
       assume_of(i, "dds_threads_elsewhere",
                 "{} waits for no lock that threads of DDS hold, and no receiver that is slow to "
-                "acknowledge, when it sends");
+                "acknowledge, when it sends; its publishers keep (`depth`) all that readers have "
+                "not acknowledged yet");
     }
   }
   const bool is_closed =
@@ -284,6 +291,17 @@ void AssumptionFinder::add_who_else_sends() {
 // Of what somebody may ask of it, a container refuses what takes a guarantee away that it knows: of
 // its own process, by the model that its file names. It unloads, and a node changes its state.
 void AssumptionFinder::add_what_others_may_change() {
+  const bool may_restart = std::any_of(
+      description_.restarts.begin(), description_.restarts.end(),
+      [](const auto& each) { return each.second.policy != RestartOptions::Policy::never; });
+  if (processes_.size() > 1 && may_restart) {
+    assume({.id = "nothing_is_changed",
+            .state = State::unchecked,
+            .text = "no process starts again (`restart`), and sends what it does at its start",
+            .name = {},
+            .source = declared_at(line_of("a container", "restart")),
+            .executor = {}});
+  }
   const bool is_known =
       processes_.size() == 1 && (measured_ == nullptr || measured_->path == description_.model);
   assume({.id = "nothing_is_changed",

@@ -8,6 +8,7 @@
 #include "takt/base/counted.hpp"
 #include "takt/containers/model/join_losses.hpp"
 #include "takt/containers/model/system_model.hpp"
+#include "takt/transport/dds/most_received.hpp"
 
 namespace takt {
 namespace {
@@ -99,6 +100,14 @@ Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t in
     }
   }
   const auto depth = static_cast<Count>(facts.depth);
+  const Count held = analysis::plus(std::min(bound.backlog, depth), 1);  // and the one that is read
+  if (analysis::times(held, static_cast<Count>(facts.bytes)) > static_cast<Count>(kMostReceived)) {
+    return {
+        fmt::format("{} messages of {} bytes may wait for '{}', and those of a topic from other "
+                    "processes have a gibibyte",
+                    held, facts.bytes, name),
+        0};
+  }
   if (depth == 0 || bound.backlog <= depth) return {};
   if (bound.backlog >= kUnbounded) {
     return {fmt::format("it is not known how many messages wait for '{}'", name), 0};

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "takt/base/available_cpus.hpp"
+#include "takt/containers/component.hpp"
 #include "takt/containers/model/places.hpp"
 #include "takt/containers/model/system_model.hpp"
 
@@ -81,6 +82,8 @@ class ModelParts {
   std::string measured_source() const;
   std::pair<double, double> speeds_of(std::size_t executor) const;
   std::optional<Nanoseconds> said_by_component(std::size_t callback) const;
+  /// What it sends, by its component.
+  std::optional<Sending> said_to_send(std::size_t callback) const;
   /// The same of the callback's.
   bool says_all(std::size_t callback) const;
   bool is_dropped(std::size_t callback) const {
@@ -90,6 +93,8 @@ class ModelParts {
   const ModelledProcess* process_of(std::size_t callback) const {
     return parts_[model_.system.callbacks[callback].executor].process;
   }
+  /// The callbacks of other processes that send to it.
+  std::vector<std::size_t> senders_elsewhere(std::size_t callback) const;
   bool joins_dds() const { return description_.dds.has_value() || processes_.size() > 1; }
   const MeasuredCallback* measured(std::size_t callback) const {
     const auto found = measured_callbacks_.find(model_.system.callbacks[callback].name);
@@ -146,7 +151,12 @@ class AssumptionFinder : public ModelParts {
   void add_cpus();
   void add_orders();
   void add_overheads();
+  void add_overheads_of_taking(std::size_t callback);
+  void add_overheads_of_sending(std::size_t callback);
+  void assume_overhead(const char* what, analysis::Time time, Nanoseconds said,
+                       std::optional<std::size_t> executor);
   void add_assumptions_of_model();
+  void add_what_was_near(std::size_t callback);
   void add_assumptions_of_start();
   void add_who_else_sends();
   void add_what_others_may_change();
@@ -158,7 +168,7 @@ class AssumptionFinder : public ModelParts {
   void add_what_nobody_says_of_loans(std::size_t sender);
   void add_what_nodes_may_make();
   bool sends(std::size_t callback) const;
-  /// Those of these executors, one for each id; nullptr: of all.
+  /// Those of these executors, one for each id and state; nullptr: of all.
   std::vector<Assumption> assumptions(const std::set<std::size_t>* executors) const;
   /// On which the bound of a chain depends.
   std::set<std::size_t> executors_of(const std::vector<std::size_t>& path) const;
@@ -249,6 +259,7 @@ class ModelBuilder : public ChainFinder {
   bool is_step(std::size_t from, std::size_t to) const;
   void compare_execution(Nanoseconds said, Nanoseconds seen, std::size_t callback);
   Nanoseconds sending(std::size_t callback);
+  Nanoseconds taking(std::size_t callback);
   void add_waits(std::size_t callback);
   std::optional<ArrivalDescription> stated_arrival(std::size_t callback, bool has_senders) const;
   analysis::ArrivalCurve declared_arrivals(std::size_t callback, const ArrivalDescription& arrival,

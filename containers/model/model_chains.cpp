@@ -7,6 +7,7 @@
 
 #include "takt/containers/model/model_builder.hpp"
 #include "takt/containers/planning/plan.hpp"
+#include "takt/nodes/chain_join.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 
 namespace takt {
@@ -122,6 +123,17 @@ std::string ChainFinder::why_it_never_joins(const std::vector<std::size_t>& path
   };
   const std::size_t own = path[path.size() - 2];
   if (!is_input(own)) return {};
+  const auto continues = [&](const PlannedChain& chain) {
+    return std::any_of(chain.path.begin(), chain.path.end(), [&](const Chain::Step& step) {
+      return step.first == callbacks_[path.back()]->node &&
+             step.second == callbacks_[path.back()]->entity->name();
+    });
+  };
+  const auto count = std::count_if(chains_.begin(), chains_.end(), continues);
+  if (count > static_cast<std::ptrdiff_t>(JoiningInstances::kMost)) {
+    return fmt::format("{} chains go through the join before '{}', and {} continue as one", count,
+                       model_.system.callbacks[path.back()].name, JoiningInstances::kMost);
+  }
   for (std::size_t other = 0; other < callbacks_.size(); ++other) {
     if (other == own || !is_input(other)) continue;
     if (const std::string why = why_it_never_runs(other); !why.empty()) {

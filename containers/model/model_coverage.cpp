@@ -15,6 +15,11 @@ namespace takt {
 // it runs, and nobody knows when they become ready.
 void ModelBuilder::add_unknown_callbacks() {
   if (measured_ == nullptr) return;
+  // A program may have nodes that its file does not name: they stay with its own executors.
+  const bool may_have_others =
+      processes_.front().is_program &&
+      std::any_of(model_.system.callbacks.begin(), model_.system.callbacks.end(),
+                  [&](const auto& callback) { return measured_callbacks_.count(callback.name); });
   for (const MeasuredCallback& seen : measured_->callbacks) {
     if (seen.executions == 0) continue;
     bool has_node = false, is_known = false;
@@ -28,6 +33,7 @@ void ModelBuilder::add_unknown_callbacks() {
     }
     if (is_known) continue;
     if (!has_node) {
+      if (may_have_others) continue;
       throw Error(fmt::format("the model has a callback '{}', which ran {} times, and '{}' has no "
                               "node of that name",
                               seen.name, seen.executions, description_.file),
@@ -115,6 +121,49 @@ void AssumptionFinder::add_lifecycle_nodes() {
                 .executor = part});
       }
     }
+  }
+}
+
+// Another process, or another executor, to which it sends here, and which it was in itself in the
+// measured run; or one from which it reads.
+void AssumptionFinder::add_what_was_near(std::size_t callback) {
+  const auto executor_then = [&](std::size_t of) -> std::string {
+    const std::string& name = model_.system.callbacks[of].name;
+    for (const MeasuredExecutor& executor : measured_->executors) {
+      const auto& its = executor.callbacks;
+      if (std::find(its.begin(), its.end(), name) != its.end()) return executor.name;
+    }
+    return {};
+  };
+  const std::string then = executor_then(callback);
+  const auto was_in_process = [&](std::size_t other) {
+    const std::string of = executor_then(other);  // "process/executor", of one process "executor"
+    return of.substr(0, of.rfind('/') + 1) == then.substr(0, then.rfind('/') + 1);
+  };
+  const auto senders = senders_elsewhere(callback);
+  bool is_farther = std::any_of(senders.begin(), senders.end(), was_in_process);
+  bool wakes_more = false;
+  for (const analysis::Output& output : model_.system.callbacks[callback].outputs) {
+    if (process_of(output.to) != process_of(callback)) {
+      is_farther = is_farther || was_in_process(output.to);
+    } else {
+      wakes_more = wakes_more || (executor_then(output.to) == then &&
+                                  model_.system.callbacks[output.to].executor !=
+                                      model_.system.callbacks[callback].executor);
+    }
+  }
+  if (is_farther) {
+    assume_of(callback, "model_from_elsewhere",
+              "{} takes as long to send to another process, or to read from it, as in the measured "
+              "run, where both were one",
+              measured_source());
+  }
+  if (wakes_more) {
+    assume_of(
+        callback, "as_measured",
+        "{} takes as long to wake other executors as in the measured run, where its receivers "
+        "were on its own",
+        measured_source());
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <set>
 
 #include <fmt/format.h>
@@ -16,6 +17,13 @@ namespace takt {
 namespace {
 
 using State = Assumption::State;
+
+/// To write or read so many bytes.
+Nanoseconds copying(const MachineDescription& machine, const Sending& sent) {
+  const double megabytes = static_cast<double>(sent.bytes) / 1e6;
+  const double time = megabytes * static_cast<double>(machine.publish_megabyte.count());
+  return Nanoseconds(static_cast<Nanoseconds::rep>(std::ceil(time)));
+}
 
 }  // namespace
 
@@ -202,9 +210,7 @@ void AssumptionFinder::add_threads_of_others(std::size_t index) {
 // Of callbacks whose component says how long they work, but not how long they send.
 bool AssumptionFinder::sends(std::size_t index) const {
   if (model_.callbacks[index].execution != Provenance::exact) return false;
-  const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callbacks_[index]->node.get());
-  const auto sent =
-      component != nullptr ? component->sends(callbacks_[index]->entity->name()) : std::nullopt;
+  const auto sent = said_to_send(index);
   return sent ? sent->messages != 0 : !model_.system.callbacks[index].outputs.empty();
 }
 
@@ -212,6 +218,61 @@ std::optional<Nanoseconds> ModelParts::said_by_component(std::size_t index) cons
   const ModelledProcess::Callback& callback = *callbacks_[index];
   const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callback.node.get());
   return component != nullptr ? component->execution_time(callback.entity->name()) : std::nullopt;
+}
+
+std::optional<Sending> ModelParts::said_to_send(std::size_t index) const {
+  const ModelledProcess::Callback& callback = *callbacks_[index];
+  const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callback.node.get());
+  return component != nullptr ? component->sends(callback.entity->name()) : std::nullopt;
+}
+
+std::vector<std::size_t> ModelParts::senders_elsewhere(std::size_t callback) const {
+  std::vector<std::size_t> result;
+  for (std::size_t from = 0; from < callbacks_.size(); ++from) {
+    const auto& outputs = model_.system.callbacks[from].outputs;
+    const bool sends = process_of(from) != process_of(callback) &&
+                       std::any_of(outputs.begin(), outputs.end(),
+                                   [&](const auto& output) { return output.to == callback; });
+    if (sends) result.push_back(from);
+  }
+  return result;
+}
+
+// What a component says of its execution is without what sending costs.
+Nanoseconds ModelBuilder::sending(std::size_t index) {
+  const MachineDescription& machine = description_.machine;
+  const auto sent = said_to_send(index);
+  analysis::Count& others = model_.callbacks[index].other_receivers;  // until now all of them
+  const auto messages = static_cast<analysis::Count>(sent ? sent->messages : 1);
+  others = std::max<analysis::Count>(0, others - messages);
+  if (!sent) return Nanoseconds::zero();
+  std::set<const ModelledProcess*> elsewhere;  // each gets a copy
+  for (const analysis::Output& output : model_.system.callbacks[index].outputs) {
+    if (process_of(output.to) != process_of(index)) elsewhere.insert(process_of(output.to));
+  }
+  const Nanoseconds result =
+      messages * machine.publish + others * machine.publish_receiver +
+      static_cast<int>(std::max<std::size_t>(1, elsewhere.size())) * copying(machine, *sent);
+  analysis::Executor& executor = model_.system.executors[model_.system.callbacks[index].executor];
+  if (executor.let_period != 0) {
+    const double slowest = speeds_of(model_.system.callbacks[index].executor).first;
+    executor.sending +=
+        static_cast<analysis::Time>(std::ceil(static_cast<double>(result.count()) / slowest));
+  }
+  return result;
+}
+
+// What it costs to read a message of another process: the other end of what it costs to write it.
+Nanoseconds ModelBuilder::taking(std::size_t index) {
+  const MachineDescription& machine = description_.machine;
+  Nanoseconds longest{0};
+  for (const std::size_t from : senders_elsewhere(index)) {
+    const auto sent = said_to_send(from);
+    longest =
+        std::max(longest, machine.publish + (sent ? copying(machine, *sent) : Nanoseconds::zero()));
+    if (sent) model_.callbacks[index].bytes = std::max(model_.callbacks[index].bytes, sent->bytes);
+  }
+  return longest;
 }
 
 double execution_scale(const SystemDescription& description, const Node& node,
@@ -224,58 +285,89 @@ double execution_scale(const SystemDescription& description, const Node& node,
   return scale;
 }
 
+void AssumptionFinder::assume_overhead(const char* what, analysis::Time time, Nanoseconds said,
+                                       std::optional<std::size_t> executor) {
+  const bool is_said = time != 0 && said != Nanoseconds::zero();
+  const bool is_here = is_said && machine_.overhead_samples != 0;
+  const char* const id = time == 0             ? "overheads_are_zero"
+                         : is_said && !is_here ? "as_declared"
+                                               : "as_measured";
+  assume({.id = id,
+          .state = State::unchecked,
+          .text = time == 0 ? std::string("these take no time: {}")
+                            : std::string("these take no longer than stated or measured: {}"),
+          .name = what,
+          .source = time == 0 ? std::string("nobody")
+                    : is_here ? fmt::format("measured here, n = {}", machine_.overhead_samples)
+                    : is_said ? declared_at(line_of("a machine", "overheads"))
+                              : measured_source(),
+          .executor = executor});
+}
+
 void AssumptionFinder::add_overheads() {
   const analysis::Overheads& overheads = model_.system.overheads;
   const MachineDescription& stated = description_.machine;
   const auto& executors = model_.system.executors;
-  const auto add = [&](const char* what, analysis::Time time, Nanoseconds said,
-                       std::optional<std::size_t> executor) {
-    const bool is_said = time != 0 && said != Nanoseconds::zero();
-    const bool is_here = is_said && machine_.overhead_samples != 0;
-    const char* const id = time == 0             ? "overheads_are_zero"
-                           : is_said && !is_here ? "as_declared"
-                                                 : "as_measured";
-    assume({.id = id,
-            .state = State::unchecked,
-            .text = time == 0 ? std::string("these take no time: {}")
-                              : std::string("these take no longer than stated or measured: {}"),
-            .name = what,
-            .source = time == 0 ? std::string("nobody")
-                      : is_here ? fmt::format("measured here, n = {}", machine_.overhead_samples)
-                      : is_said ? declared_at(line_of("a machine", "overheads"))
-                                : measured_source(),
-            .executor = executor});
-  };
-  add("an executor's way to its next callback", overheads.dispatch, stated.dispatch, {});
-  add("waking a thread", overheads.wake, stated.wake, {});
+  assume_overhead("an executor's way to its next callback", overheads.dispatch, stated.dispatch,
+                  {});
+  assume_overhead("waking a thread", overheads.wake, stated.wake, {});
   for (std::size_t i = 0; i < executors.size(); ++i) {
     bool shares = !analysis::rivals(model_.system, i).empty();
     for (std::size_t other = 0; !shares && other < executors.size(); ++other) {
       const auto before = analysis::rivals(model_.system, other);
       shares = std::find(before.begin(), before.end(), i) != before.end();
     }
-    if (shares) add("a change from thread to thread", overheads.context_switch, stated.change, i);
+    if (!shares) continue;
+    assume_overhead("a change from thread to thread", overheads.context_switch, stated.change, i);
   }
   for (std::size_t i = 0; i < callbacks_.size(); ++i) {
-    if (!sends(i)) continue;
-    const std::size_t executor = model_.system.callbacks[i].executor;
-    add("sending a message", stated.publish.count(), stated.publish, executor);
-    if (stated.publish.count() != 0 && model_.callbacks[i].other_receivers != 0) {
-      add("sending to a second subscription", stated.publish_receiver.count(),
-          stated.publish_receiver, executor);
-    }
-    const auto& outputs = model_.system.callbacks[i].outputs;
-    const bool leaves = std::any_of(outputs.begin(), outputs.end(), [&](const auto& output) {
-      return process_of(output.to) != process_of(i);
-    });
-    // Measured was what it takes inside of a process.
-    if (leaves && machine_.overhead_samples != 0) {
-      add("sending to another process", 0, {}, executor);
-    }
-    const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callbacks_[i]->node.get());
-    if (stated.publish.count() == 0 || component->sends(callbacks_[i]->entity->name())) continue;
-    add("sending more than a small message", 0, {}, executor);
+    add_overheads_of_taking(i);
+    add_overheads_of_sending(i);
   }
+}
+
+void AssumptionFinder::add_overheads_of_taking(std::size_t callback) {
+  const auto senders = senders_elsewhere(callback);
+  if (senders.empty()) return;
+  const std::size_t executor = model_.system.callbacks[callback].executor;
+  const Nanoseconds stated = description_.machine.publish;
+  const Provenance from = model_.callbacks[callback].execution;
+  if (from == Provenance::declared) return;
+  // With logical execution time it is taken before, so no execution that was measured has it.
+  if (from == Provenance::measured && model_.system.executors[executor].let_period == 0) return;
+  const bool is_charged = from == Provenance::exact && machine_.overhead_samples == 0;
+  assume_overhead("taking a message of another process", is_charged ? stated.count() : 0, stated,
+                  executor);
+  const bool are_known = std::all_of(senders.begin(), senders.end(),
+                                     [&](auto sender) { return said_to_send(sender); });
+  if (is_charged && stated != Nanoseconds::zero() && !are_known) {
+    assume_overhead("taking more than a small message", 0, {}, executor);
+  }
+}
+
+void AssumptionFinder::add_overheads_of_sending(std::size_t callback) {
+  const MachineDescription& stated = description_.machine;
+  const std::size_t executor = model_.system.callbacks[callback].executor;
+  const auto& outputs = model_.system.callbacks[callback].outputs;
+  const bool sends_later = model_.system.executors[executor].let_period != 0 && !outputs.empty();
+  if (sends_later && model_.callbacks[callback].execution != Provenance::exact) {
+    assume_overhead("sending at the end of a period", 0, {}, executor);
+  }
+  if (!sends(callback)) return;
+  assume_overhead("sending a message", stated.publish.count(), stated.publish, executor);
+  if (stated.publish.count() != 0 && model_.callbacks[callback].other_receivers != 0) {
+    assume_overhead("sending to a second subscription", stated.publish_receiver.count(),
+                    stated.publish_receiver, executor);
+  }
+  // Measured was what it takes inside of a process.
+  const bool leaves = std::any_of(outputs.begin(), outputs.end(), [&](const auto& output) {
+    return process_of(output.to) != process_of(callback);
+  });
+  if (leaves && machine_.overhead_samples != 0) {
+    assume_overhead("sending to another process", 0, {}, executor);
+  }
+  if (stated.publish.count() == 0 || said_to_send(callback)) return;
+  assume_overhead("sending more than a small message", 0, {}, executor);
 }
 
 }  // namespace takt

@@ -97,7 +97,8 @@ void ModelBuilder::set_execution(std::size_t index) {
   SystemModel::Callback& facts = model_.callbacks[index];
   const auto budget = callback.parameters().budget;
   const std::optional<Nanoseconds> said = said_by_component(index);
-  const Nanoseconds exact = said ? *said + sending(index) : Nanoseconds::zero();
+  const Nanoseconds taken = taking(index);
+  const Nanoseconds exact = said ? *said + sending(index) + taken : Nanoseconds::zero();
   const MeasuredCallback* const seen = measured(index);
   const auto [slowest, fastest] = speeds_of(described.executor);
   // The measured ones are of a CPU of unknown speed: of the slowest, at least this is true.
@@ -147,22 +148,6 @@ void ModelBuilder::set_execution(std::size_t index) {
       described.execution, static_cast<analysis::Time>(
                                std::floor(scale * static_cast<double>(least.count()) / fastest)));
   if (facts.execution != Provenance::unknown) add_waits(index);
-}
-
-// What a component says of its execution is without what sending costs.
-Nanoseconds ModelBuilder::sending(std::size_t index) {
-  const MachineDescription& machine = description_.machine;
-  const ModelledProcess::Callback& callback = *callbacks_[index];
-  const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callback.node.get());
-  const auto sent = component != nullptr ? component->sends(callback.entity->name()) : std::nullopt;
-  analysis::Count& others = model_.callbacks[index].other_receivers;  // until now all of them
-  const auto messages = static_cast<analysis::Count>(sent ? sent->messages : 1);
-  others = std::max<analysis::Count>(0, others - messages);
-  if (!sent) return Nanoseconds::zero();
-  const double megabytes = static_cast<double>(sent->bytes) / 1e6;
-  const double written = megabytes * static_cast<double>(machine.publish_megabyte.count());
-  return messages * machine.publish + others * machine.publish_receiver +
-         Nanoseconds(static_cast<Nanoseconds::rep>(std::ceil(written)));
 }
 
 // What the file declares must not be less than what the component says; what a run has shown

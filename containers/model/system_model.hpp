@@ -92,6 +92,7 @@ struct SystemModel {
     Nanoseconds period{0};      // of a timer
     std::uint64_t dropped = 0;  // in the measured run: messages, or releases of a timer
     Nanoseconds lifespan{0};    // of its messages; 0: none
+    std::size_t bytes = 0;      // of what it gets from another process, as its sender says
     std::string best_effort;    // why messages to it may be lost on their way; empty: they are not
     /// Its chain instance ends if it takes longer: `overrun: abort`.
     std::optional<Nanoseconds> given_up_after;

@@ -194,7 +194,12 @@ void Simulation::leave_out_surroundings() {
 
 namespace {
 
-// Facts without a number, see takt reference guarantees.
+/// Any number at any time.
+bool is_unbounded(const analysis::ArrivalCurve& arrivals) {
+  return arrivals.most(1) == analysis::kUnbounded;
+}
+
+// Facts without a number, see takt reference guarantees, and what nobody tells.
 void add_what_is_not_covered(const SystemModel& model, std::vector<std::string>& notes) {
   std::set<std::string> texts;
   const auto add = [&](const std::vector<Assumption>& assumptions) {
@@ -204,6 +209,10 @@ void add_what_is_not_covered(const SystemModel& model, std::vector<std::string>&
   };
   add(model.assumptions);
   for (const SystemModel::Chain& chain : model.chains) add(chain.assumptions);
+  for (const analysis::Callback& callback : model.system.callbacks) {
+    if (!callback.arrivals || !is_unbounded(*callback.arrivals)) continue;
+    texts.insert("what comes to '" + callback.name + "' besides: nothing tells how often");
+  }
   for (const std::string& text : texts) notes.push_back("not simulated: " + text);
 }
 
@@ -244,7 +253,7 @@ std::vector<Source> sources_of(const ModelledProcess& process, const SystemModel
   std::vector<Source> sources;
   for (std::size_t i = 0; i < process.callbacks.size(); ++i) {
     const analysis::Callback& callback = model.system.callbacks[i];
-    if (callback.is_timer || !callback.arrivals) continue;
+    if (callback.is_timer || !callback.arrivals || is_unbounded(*callback.arrivals)) continue;
     Entity& entity = *process.callbacks[i].entity;
     if (dynamic_cast<const TaskRunner*>(&entity) != nullptr || entity.kind() == EntityKind::timer)
       continue;  // code that runs goes on with its coroutines, and sets its alarms

@@ -13,6 +13,7 @@
 
 #include "takt/base/available_cpus.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/containers/model/model_builder.hpp"
 #include "takt/entities/timer.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
@@ -122,8 +123,14 @@ BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
     watched.name = process.callbacks[i].node->fully_qualified_name() + "/" +
                    process.callbacks[i].entity->name();
     watched.chains = chains_on(model, bounds, callback.executor);
-    watched.times = model.system.overheads.dispatch == 0 ? "overheads_are_zero"
-                                                         : std::string(id_of(facts.execution));
+    const bool is_exact =
+        facts.execution == Provenance::exact &&
+        std::any_of(process.nodes.begin(), process.nodes.end(), [&](auto& member) {
+          return member.node == process.callbacks[i].node && says_all(member);
+        });
+    watched.times = is_exact && model.system.overheads.dispatch == 0
+                        ? "overheads_are_zero"  // its own work is as long as it says
+                        : std::string(id_of(facts.execution));
     watched.arrivals = process.callbacks[i].described.arrival || facts.measured_executions == 0
                            ? "as_declared"
                            : "as_measured";

@@ -125,16 +125,16 @@ MUTATIONS = {
         "containers/model/system_model.cpp", "‹if (least <= seen[i].count()) continue;›",
         "continue;", GUARANTEES),
     "executions that a run refutes are ignored": (
-        "containers/model/system_model.cpp", "‹  if (declared >= seen) return;›",
-        "  return;", GUARANTEES),
-    "sending takes no time": (
-        "containers/model/system_model.cpp", "const Nanoseconds exact = said ? «*said + sending(index)»",
-        "*said", GUARANTEES),
+        "containers/model/system_model.cpp", "‹  if (declared >= seen) return;›", "  return;", GUARANTEES),
+    "sending takes no time": ("containers/model/system_model.cpp", "*said + «sending(index)» + taken", "Nanoseconds(0)", GUARANTEES),
+    "reading takes no time": ("containers/model/system_model.cpp", "Nanoseconds taken = «taking(index)»;", "Nanoseconds(0)", GUARANTEES),
+    "a period's sending takes no time": ("analysis/method.cpp", "Time result = «executor.sending»;", "0", GUARANTEES),
     "who wakes has not switched": (
-        "containers/model/model_threads.cpp", "overheads.wake += «overheads.context_switch»;",
-        "0", GUARANTEES),
+        "containers/model/model_threads.cpp", "overheads.wake += «overheads.context_switch»;", "0", GUARANTEES),
     "overheads are zero in silence": (
         "containers/model/model_machine.cpp", '? «"overheads_are_zero"»', '"as_declared"', GUARANTEES),
+    "ignored: change: a process is restarted": (
+        "containers/model/model_assumptions.cpp", "if («processes_.size() > 1 && may_restart»)", "false", GUARANTEES),
     "ignored: change: a component is unloaded": (
         "containers/model/model_assumptions.cpp", "‹  if (!is_closed) add_what_others_may_change();›", "", GUARANTEES),
     "ignored: callback parameters: on_deadline_miss": (

@@ -10,6 +10,7 @@
 
 #include <dds/ddsi/q_radmin.h>
 
+#include "takt/transport/dds/most_received.hpp"
 #include "takt/transport/shared_memory/iceoryx.hpp"
 
 namespace takt {
@@ -18,12 +19,9 @@ namespace {
 constexpr std::size_t kPooled = 64;            // serdata of a type that are kept
 constexpr std::size_t kKeptBytes = 64 * 1024;  // a larger buffer is freed with its message
 
-// Limit: bytes of all messages of a topic that came from other processes, in queues and callbacks.
-// At it: the newest is dropped, unless it is the only one; a full `depth` drops the oldest. Seen:
-// the warning of Cyclone DDS.
-constexpr std::size_t kMostReceived = std::size_t{1} << 30;
-// Limit: the same, of services by which processes and containers are asked (parameters, statistics,
-// loading). At it: the newest is dropped. Seen: the warning of Cyclone DDS.
+// Limit: bytes of all messages from other processes of a service by which processes and containers
+// are asked (parameters, statistics, loading). At it: the newest is dropped. Seen: the warning of
+// Cyclone DDS.
 constexpr std::size_t kMostOfServices = std::size_t{64} << 20;
 
 /// By the name of its type.

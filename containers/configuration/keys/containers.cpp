@@ -42,8 +42,8 @@ void ConfigurationReader::check_number_of_containers(const Value& root) {
 
 // The program makes its nodes, and decides all that this happens with.
 void ConfigurationReader::check_file_of_program(const Value& root, const Value& nodes) {
-  for (const std::string_view key : {"container", "containers", "dds", "topics", "lifecycle",
-                                     "machine", "model", "priorities"}) {
+  for (const std::string_view key :
+       {"container", "containers", "dds", "topics", "lifecycle", "model", "priorities"}) {
     if (const Value* other = document::find(root, key)) {
       errors_.add(other->line,
                   fmt::format("'{}' has no place in a file with 'nodes', for a program", key),

@@ -50,8 +50,9 @@ void ConfigurationReader::read_overheads(const Value& value) {
              "From one thread to another: once for each that wakes, and twice for each preemption.",
              into_duration(machine.change, [] {})},
             {"publish",
-             "To send a message, for callbacks whose execution time the component itself says; "
-             "measured and declared times have it in them.",
+             "To send a message, and as much again to take one of another process, for callbacks "
+             "whose execution time the component itself says; measured and declared times have "
+             "both in them.",
              either(into_duration(machine.publish, [] {}), publishing)}});
 }
 

@@ -94,7 +94,7 @@ json simulations_json(const AnalyzedFile& file) {
 /// What would make an assumption needless here; empty: nothing is known.
 std::string remedy_here(const AnalyzedFile& file, const Assumption& assumption) {
   const AssumptionKind* const kind = assumption_kind(assumption.id);
-  if (kind == nullptr) return {};
+  if (kind == nullptr || (kind->is_remedy_of_containers && file.program != nullptr)) return {};
   return remedy_of(*kind, file.may_be_watched() && !file.system.watches_bounds);
 }
 

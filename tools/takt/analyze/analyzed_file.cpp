@@ -123,7 +123,7 @@ std::string why_it_is_from_elsewhere(const MeasuredModel& model, const AnalyzedF
                      [&](const MeasuredComponent& other) { return other.node == component.node; });
     if (seen != model.components.end() && seen->digest == component.digest) continue;
     differences.push_back(
-        fmt::format("'{}' had another library, class or parameters", component.node));
+        fmt::format("'{}' had another library, class, log level or parameters", component.node));
   }
   return fmt::format("{}", fmt::join(differences, "; "));
 }
@@ -185,17 +185,24 @@ void compare_with_model(AnalyzedFile& file, const ContainerOverrides& overrides)
 
 /// Threads on the CPUs of `machine: cpus`, which need not be here: nothing runs on them.
 void forget_cpus(std::vector<ThreadDescription>& threads) {
-  for (ThreadDescription& thread : threads) {  // one that is here, for a band is on one
+  const std::vector<int>& here = available_cpus();
+  for (ThreadDescription& thread : threads) {
     std::vector<int>& affinity = thread.attributes.affinity;
-    if (!affinity.empty()) affinity = {available_cpus().front()};
+    const bool is_here = std::all_of(affinity.begin(), affinity.end(), [&](int cpu) {
+      return std::find(here.begin(), here.end(), cpu) != here.end();
+    });
+    if (!is_here) affinity = {here.front()};  // for a band is on one
   }
 }
 
-/// As the file has them. There may be others, which a plan has made.
+/// As the file has them, also the levels of a band that takes the place of a thread. There may be
+/// others, which a plan has made.
 void remember_cpus(const std::vector<ThreadDescription>& from, std::vector<ThreadAttributes>& to) {
   for (const auto& [attributes, where] : from) {
     for (ThreadAttributes& thread : to) {
+      const bool is_level = thread.name == fmt::format("{}-{}", attributes.name, thread.priority);
       if (thread.name == attributes.name) thread.affinity = attributes.affinity;
+      if (is_level && !attributes.affinity.empty()) thread.affinity = {attributes.affinity.front()};
     }
   }
 }
@@ -203,11 +210,11 @@ void remember_cpus(const std::vector<ThreadDescription>& from, std::vector<Threa
 /// Finds the nodes of a program.
 auto stand_ins(AnalyzedFile& file, const nlohmann::json& nodes) {
   file.program = std::make_shared<ProgramNodes>(nodes, file.system);
-  for (const std::string& other : file.program->others()) {
+  if (const auto others = file.program->others(); !others.empty()) {
     file.system.notes.push_back(
-        fmt::format("'{}' is not in the file: the program's own executors serve it, which are not "
-                    "analysed",
-                    other));
+        fmt::format("the program's own executors, which are not analysed, serve its nodes that are "
+                    "not in the file: {}",
+                    fmt::join(others, ", ")));
   }
   for (const std::string& group : file.program->own_groups()) {
     file.system.notes.push_back(fmt::format(

@@ -35,6 +35,20 @@ void check_files(const std::vector<Trace>& traces, const std::vector<std::string
   }
 }
 
+/// What a mode drops or demotes looks as if nobody had sent it, or as late as it never is.
+void check_modes(const std::vector<Trace>& traces, const std::vector<std::string>& paths) {
+  for (std::size_t i = 0; i < traces.size(); ++i) {
+    for (const auto& mode : traces[i].about.at("modes")) {
+      if (mode == kNormalMode) continue;
+      throw Error(
+          fmt::format("mode '{}' was in force for a part of this run: what it changes is no "
+                      "measure of other modes",
+                      mode.get<std::string>()),
+          "trace a run in mode 'normal'", paths[i]);
+    }
+  }
+}
+
 /// What the components of the measured system are, unless one may have changed since: a library
 /// that is newer than the trace.
 std::vector<MeasuredComponent> components_then(const std::string& file, const std::string& trace) {
@@ -58,6 +72,7 @@ void run(const Options& options) {
   std::vector<Trace> traces;
   for (const std::string& path : options.traces) traces.push_back(read_trace(path));
   check_files(traces, options.traces);
+  check_modes(traces, options.traces);
   MeasuredModel model = extract_model(traces);
   model.margin = options.margin;
   if (!traces.empty()) model.components = components_then(model.file, options.traces.front());

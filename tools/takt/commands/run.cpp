@@ -202,19 +202,23 @@ void serve_parent(const Options& options) {
               "leave the file as it is while it runs", options.file);
 }
 
-/// Whether a trigger or a period decides when the executor of a traced thread runs.
-bool is_triggered(const std::vector<SystemDescription>& system, const rt::Run::Traced& thread,
-                  const Options& options) {
-  if (!options.executor.empty() && (parse_placement(options.placement) == Placement::merged ||
-                                    !executors().traits(options.executor).triggered)) {
-    return false;  // an executor without
-  }
+/// Whether a trigger or a period decides when the executor of a traced thread runs, or it is awake
+/// before: then it tells nothing of how long Linux and an executor need.
+bool is_held_or_awake(const std::vector<SystemDescription>& system, const rt::Run::Traced& thread,
+                      const Options& options) {
+  const bool is_replaced = !options.executor.empty();
+  const bool is_merged = is_replaced && parse_placement(options.placement) == Placement::merged;
+  const bool may_be_held =
+      !is_replaced || (!is_merged && executors().traits(options.executor).triggered);
   for (const SystemDescription& process : system) {
     for (const ExecutorDescription& executor : process.executors) {
       const bool is_here = system.size() == 1 || process.name == thread.process;
-      if (!is_here || executor.name != thread.executor) continue;
-      return executor.trigger.kind != TriggerOptions::Kind::any ||
-             executor.trigger.let_period != Nanoseconds::zero();
+      if (!is_here || (!is_merged && executor.name != thread.executor)) continue;
+      const bool is_held = executor.trigger.kind != TriggerOptions::Kind::any ||
+                           executor.trigger.let_period != Nanoseconds::zero();
+      const bool is_awake =
+          executor.spin != Nanoseconds::zero() || executor.early_wake != Nanoseconds::zero();
+      if (is_awake || (may_be_held && is_held)) return true;
     }
   }
   return false;
@@ -301,12 +305,13 @@ void run(const Options& options) {
   }
   if (!options.trace.empty()) {
     if (!run.trace) run.trace.emplace();
-    write_trace(
-        make_trace(
-            run, system.size() > 1,
-            [&](const rt::Run::Traced& thread) { return is_triggered(system, thread, options); },
-            recorder->end()),
-        options.trace);
+    write_trace(make_trace(
+                    run, system.size() > 1,
+                    [&](const rt::Run::Traced& thread) {
+                      return is_held_or_awake(system, thread, options);
+                    },
+                    recorder->end()),
+                options.trace);
   }
   run.trace.reset();
   // Write the file first: a closed stdout must not lose it.

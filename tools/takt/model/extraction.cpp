@@ -104,20 +104,32 @@ class Extraction {
   }
 
  private:
+  // What comes from another process is read between the pick and the callback.
+  static Nanoseconds taking(const Trace& trace, const TracedExecution& execution) {
+    const bool is_timer = execution.kind == "timer";
+    const bool is_of_process = execution.cause && trace.threads[execution.thread].process ==
+                                                      process_of(trace, *execution.cause);
+    return is_timer || is_of_process ? Nanoseconds::zero() : execution.start - execution.picked;
+  }
+  static const std::string& process_of(const Trace& trace, std::size_t execution) {
+    return trace.threads[trace.executions[execution].thread].process;
+  }
+
   void add_executions(const Trace& trace, const std::vector<bool>& counts, bool has_lost_begin) {
     std::map<std::string, std::size_t> so_far;
     for (std::size_t i = 0; i < counts.size(); ++i) {
       const TracedExecution& execution = trace.executions[i];
       if (!counts[i]) continue;
       Seen& seen = seen_[named_as_in_chains(execution.callback)];
-      seen.executions.push_back(execution.cpu_time);
+      const Nanoseconds time = execution.cpu_time + taking(trace, execution);
+      seen.executions.push_back(time);
       seen.dropped += execution.lost;
       if (execution.has_waited) {
         const Nanoseconds wait = execution.end - execution.start - execution.cpu_time;
         seen.longest_wait = std::max(seen.longest_wait, wait);
       }
       if (!has_lost_begin && so_far[execution.callback]++ < kFirst) {
-        seen.first.push_back(execution.cpu_time);
+        seen.first.push_back(time);
       }
     }
   }

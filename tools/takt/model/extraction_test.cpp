@@ -65,6 +65,23 @@ TEST(Extraction, MeasuresExecutionsInCpuTime) {
   EXPECT_EQ(model.duration, 10s);
 }
 
+// The thread decodes it before the callback: 8 MB were no work.
+TEST(Extraction, AMessageOfAnotherProcessIsReadInTheExecution) {
+  Made trace;
+  trace.threads.push_back({.process = "q", .name = "worker", .tid = 8});
+  trace.add("/a/tick", 0ms, 1ms);
+  trace.add("/b/in", 1ms, 1ms).cause = 0;
+  trace.add("/q/in", 1ms, 1ms).cause = 0;
+  trace.executions[2].thread = 1;
+  for (TracedExecution& execution : trace.executions) execution.picked -= 500us;
+  for (std::size_t i : {1u, 2u}) trace.executions[i].kind = "subscription";
+  const MeasuredModel model = model_of(trace);
+  ASSERT_EQ(model.callbacks.size(), 3u);
+  EXPECT_EQ(model.callbacks[0].longest_execution, 1ms);
+  EXPECT_EQ(model.callbacks[1].longest_execution, 1ms);
+  EXPECT_EQ(model.callbacks[2].longest_execution, 1500us);
+}
+
 TEST(Extraction, MeasuresTheClosestArrivalsAndAPeriod) {
   const MeasuredCallback tick = model_of(periodic()).callbacks[0];
   ASSERT_EQ(tick.least_distances.size(), MeasuredCallback::kMostDistances);

@@ -23,6 +23,11 @@ using nlohmann::json;
 
 // ---- From a result ----
 
+/// The row of callbacks that were removed and have none of their own: it has no node.
+bool is_sum(const rt::Run::Callback& callback) {
+  return callback.statistics.node.empty();
+}
+
 /// Which executors have run which callbacks, by name; those of several processes as in `analyze`.
 json executors_of(const rt::Run& run, bool has_several_processes) {
   const auto name_of = [&](const auto& row) {
@@ -33,7 +38,7 @@ json executors_of(const rt::Run& run, bool has_several_processes) {
   json result = json::object();
   for (const rt::Run::Callback& callback : run.callbacks) {
     const auto thread = threads.find(name_of(callback));
-    if (thread == threads.end()) continue;
+    if (thread == threads.end() || is_sum(callback)) continue;
     json& executor = result[thread->first];
     executor["type"] = thread->second->executor_type;
     executor["scheduler"] = thread->second->scheduler;
@@ -45,15 +50,19 @@ json executors_of(const rt::Run& run, bool has_several_processes) {
 json about(const rt::Run& run, bool has_several_processes) {
   json callbacks = json::array(), chains = json::array();
   for (const rt::Run::Callback& callback : run.callbacks) {
+    if (is_sum(callback)) continue;
     callbacks.push_back(callback.statistics.node + "/" + callback.statistics.callback);
   }
   for (const rt::Run::Chain& chain : run.chains) chains.push_back(rt::row_json(chain, false));
+  std::set<std::string> modes;
+  for (const auto& mode : run.mode_switches) modes.insert(mode.mode);
   return {{"file", run.file},
           {"machine", rt::machine_line()},
           {"duration_s", run.duration_s},
           {"executors", executors_of(run, has_several_processes)},
           {"callbacks", std::move(callbacks)},
-          {"chains", std::move(chains)}};
+          {"chains", std::move(chains)},
+          {"modes", modes}};
 }
 
 /// An execution, and what tells which others belong to it.
@@ -116,6 +125,7 @@ void check_about(const json& about) {
     executor.at("callbacks").get<std::vector<std::string>>();
   }
   about.at("callbacks").get<std::vector<std::string>>();
+  about.at("modes").get<std::vector<std::string>>();
   for (const json& chain : about.at("chains")) {
     chain.at("name").get<std::string>();
     const json& latency = chain.at("latency_us");

@@ -23,6 +23,8 @@ rt::Run run(const std::vector<rt::Run::Traced>& threads) {
   run.callbacks.push_back({.executor = "all"});
   run.callbacks[0].statistics.node = "/node";
   run.callbacks[0].statistics.callback = "tick";
+  run.callbacks.push_back({.executor = "all"});  // as one adds up what was removed
+  run.callbacks[1].statistics.callback = "(other removed callbacks)";
   run.chains.push_back({.name = "c"});
   run.chains[0].statistics.latency.record(Nanoseconds(1000));
   return run;
@@ -91,7 +93,7 @@ TEST(TraceFile, HasASliceForAnExecutionAndOneForItsTimeInTheQueue) {
   json expected = json::parse(R"({
     "displayTimeUnit": "ns",
     "otherData": {"overwritten_executions": 3, "file": "robot.yaml", "duration_s": 2.5, "clock": "monotonic", "begin_ns": 10000,
-                  "callbacks": ["/node/tick"],
+                  "callbacks": ["/node/tick"], "modes": [],
                   "executors": {"all": {"type": "events", "scheduler": "fifo", "callbacks": ["/node/tick"]}}},
     "traceEvents": [
       {"ph": "M", "pid": 1, "name": "process_name", "args": {"name": "robot"}},
@@ -125,6 +127,7 @@ TEST(TraceFile, HasAMarkWhereAModeCameIntoForce) {
               path_of_file());
   const json document = json::parse(std::ifstream(path_of_file()));
   std::filesystem::remove(path_of_file());
+  EXPECT_EQ(document["otherData"]["modes"], json::array({"degraded", "early"}));
   std::vector<json> marks;
   for (const json& event : document["traceEvents"]) {
     if (event.value("cat", "") == "mode") marks.push_back(event);

@@ -284,6 +284,20 @@ TEST(Simulation, MessagesComeFromOutside) {
   EXPECT_EQ(of(result, "c").latency.max(), 2ms);  // behind 'tick' and one of its own
 }
 
+// Any number at any time came at once, so the simulation went on for ever.
+TEST(Simulation, WhatNobodyTellsOfDoesNotCome) {
+  const ProcessResult result = simulated(R"(
+machine: {cpus: 1}
+container:
+  components:
+    - {component: takt::Workload, name: s, parameters: {publishers: {topic: [p], period_us: [50000]}}}
+    - {component: takt::Workload, name: n, parameters: {relays: {input: [p, r], output: [r, r], work_us: [100, 100]}}}
+)");
+  EXPECT_EQ(of(result, "p").received, 20u);
+  EXPECT_THAT(result.notes, ::testing::Contains(::testing::HasSubstr(
+                                "what comes to '/n/r' besides: nothing tells how often")));
+}
+
 TEST(Simulation, PeriodsHoldBackWhatIsSent) {
   const ProcessResult result =
       simulated(mute_file("machine: {cpus: 4}\n", "affinity: [3]", "type: triggered, let: 20ms"));

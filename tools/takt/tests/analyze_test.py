@@ -233,6 +233,10 @@ with tempfile.TemporaryDirectory() as folder:
     check("a file that is no trace", status == 2 and "this is not a trace of this version of Takt" in errors, output, errors)
     status, output, errors = run(trace, "-o", os.path.join(folder, "none", "x.yaml"), command="model")
     check("a model that cannot be written", status == 2 and "choose a writable file" in errors, output, errors)
+    with open(trace, encoding="utf-8") as file:
+        switched = write("switched.json", file.read().replace('"modes":[]', '"modes":["calm"]'))
+    status, output, errors = run(switched, command="model")
+    check("a trace of another mode", status == 2 and "mode 'calm' was in force for a part of this run" in errors, output, errors)
     run(late, "--duration", "100ms", "--trace", os.path.join(folder, "late.json"), command="run")
     status, output, errors = run(trace, os.path.join(folder, "late.json"), command="model")
     check("traces of two systems", status == 2 and "give traces of one system" in errors, output, errors)

@@ -2,10 +2,12 @@
 """Systems that are in order, prepared as docs/how_to/get_a_guarantee.md says: each chain must be guaranteed, or bounded if at most
 three assumptions hold, and a run is compared with the bounds. It is not achieved by refusing all.
 
-usage: sound_systems_test.py TAKT [SECONDS]
+usage: sound_systems_test.py TAKT [SECONDS [PROGRAM]]
 
 With SECONDS, each runs so long, no bound may break, and what was seen is printed as rows of a table; a run in which a bare
-loop of sleeps was late by more than the assumed wake-up, or the host took a CPU, is repeated five times at most.
+loop of sleeps was late by more than the assumed wake-up, or the host took a CPU, is repeated five times at most. With
+PROGRAM, autoware_default_singlethreaded of ros-realtime/reference-system (by `takt ros2 build`), the reference system as a
+program for rclcpp is one of them.
 """
 # SPDX-License-Identifier: Apache-2.0
 import json
@@ -83,12 +85,13 @@ POOL = prepared("container:\n  name: pool\n  components:\n" + timer("a", "pool",
                 + timer("c", "pool", 100000, 10000),
                 "{w: {policy: SCHED_FIFO, priority: 60}}", "{pool: {type: multi_threaded, threads: [w, w]}}",
                 "  - {name: a, deadline: 50ms, path: [a/a_timer]}\n  - {name: c, deadline: 90ms, path: [c/c_timer]}")
-PROCESSES = LOCKED + f"""dds: {{discovery: localhost}}
-accept:
+UNWATCHED = LOCKED + """accept:
   no_other_publishers: the domain is this robot's
-  nothing_is_changed: nobody loads
+  nothing_is_changed: nobody loads, and programs keep their callbacks
   nothing_else_runs: nobody logs in
   rt_runtime_as_here: real-time threads leave most of each CPU
+"""
+PROCESSES = UNWATCHED + f"""dds: {{discovery: localhost}}
 topics: {{/x: {{delay: {{max: 20ms}}}}}}
 threads: {{a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}, b: {{policy: SCHED_FIFO, priority: 60, affinity: [1]}}}}
 executors: {{a: {{type: events, threads: [a]}}, b: {{type: events, threads: [b]}}}}
@@ -100,6 +103,12 @@ containers:
 {timer("x", "a", 50000, 1000).replace("    -", "    -")}  - name: acting
     components:
 {workload("y", "b", subscriptions="topic: [x], work_us: [1000]")}"""
+PROGRAM = UNWATCHED + f"""threads: {ONE}
+executors: {{hot: {{type: events, threads: [one]}}}}
+nodes: {{/FrontLidarDriver: {{executor: hot}}, /PointsTransformerFront: {{executor: hot}}}}
+chains:
+  - {{name: hot_path, deadline: 100ms, from: activation, path: [FrontLidarDriver/timer_100ms, PointsTransformerFront//FrontLidarDriver]}}
+"""
 SYSTEMS = {
     "README's file": README,
     "a chain of three": CHAIN,
@@ -125,8 +134,8 @@ def run(*words, limit_s=60):
     return subprocess.run([takt, *words], env=environment, text=True, capture_output=True, timeout=limit_s + seconds, check=False)
 
 
-def analyse(name, path):
-    output = run("analyze", path, "--suggest", "off", "--allow-unbounded", "--json", "-")
+def analyse(name, path, *words):
+    output = run("analyze", path, "--suggest", "off", "--allow-unbounded", "--json", "-", *words)
     if output.returncode != 0:
         check(f"{name}: is analysed", False, output.stdout[-2000:], output.stderr)
         return []
@@ -138,9 +147,9 @@ def analyse(name, path):
     return chains
 
 
-def watched(path, duration):
+def watched(path, duration, *words):
     """The run, or None if this machine does not give it the rights."""
-    output = run("run", path, "--duration", f"{duration}s", "--json", "-")
+    output = run("run", path, "--duration", f"{duration}s", "--json", "-", *words)
     if output.returncode != 0:
         print(output.stderr)
         return None
@@ -161,16 +170,28 @@ print(latest * 1e6)
 """
 
 
+def compare_program(folder, program):
+    """The reference system as a program, with what it measured itself."""
+    path, trace, model = (os.path.join(folder, each) for each in ("program.yaml", "trace.json", "model.yaml"))
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(PROGRAM)
+    for words in (("run", path, "--duration", "20s", "--trace", trace, "--", program), ("model", trace, "-o", model)):
+        output = run(*words)
+        check(f"the program: takt {words[0]}", output.returncode == 0, output.stderr)
+    if chains := analyse("a program", path, "--model", model, "--", program):
+        compare("a program", path, chains, "--", program)
+
+
 def bare_loop():
     """A loop of sleeps of higher priority on the CPU of the systems: what the machine does of its own."""
     return subprocess.Popen([sys.executable, "-I", "-c", BARE_LOOP, str(seconds)], text=True, stdout=subprocess.PIPE)
 
 
-def compare(name, path, chains):
+def compare(name, path, chains, *words):
     """A long run by hand: repeated if the machine was not ours."""
     for repeat in range(6):
         bare = bare_loop()
-        result = watched(path, seconds)
+        result = watched(path, seconds, *words)
         latest_us = float(bare.communicate()[0])
         deviations = (result or {}).get("deviations", [])
         if latest_us <= WAKE_US and not any(each["id"] == "host_not_shared" for each in deviations):
@@ -181,6 +202,7 @@ def compare(name, path, chains):
     for row in result["chains"]:
         print(f"| {name} | {row['name']} | {row['latency_us']['max'] / 1000:.3f} | {bounds[row['name']] / 1000:.3f} "
               f"| {latest_us / 1000:.3f} | {repeat} |")
+        check(f"{name}: {row['name']} is within its bound", row["latency_us"]["max"] <= bounds[row["name"]])
     for each in deviations:
         if "'python3'" in each["text"]:
             continue  # that is the bare loop
@@ -212,4 +234,6 @@ with tempfile.TemporaryDirectory() as folder:
         elif name in ("README's file", "Audsley", "two processes"):
             result = watched(path, 0.3)
             check(f"{name}: runs", result is None or ("deviations" not in result) == (name == "two processes"), result)
+    if len(sys.argv) > 3:
+        compare_program(folder, os.path.abspath(sys.argv[3]))
 finish()
