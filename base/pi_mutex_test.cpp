@@ -105,5 +105,31 @@ TEST(PiMutex, LendsTheHolderThePriorityOfItsWaiter) {
   EXPECT_TRUE(was_lent);
 }
 
+#ifdef TAKT_CHECK_LOCKS
+TEST(PiMutexDeathTest, IsTakenInTheOrderOfLocks) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  RankedMutex<LockRank::callback_lists> outer;
+  RankedMutex<LockRank::node> inner;
+  PiMutex last, other;
+  {
+    const std::lock_guard one(outer);
+    const std::lock_guard two(inner);
+    const std::lock_guard three(last);
+  }
+  outer.lock();
+  inner.lock();
+  outer.unlock();  // not the last one
+  EXPECT_DEATH(outer.lock(), "'callback_lists' is wanted while 'node' is held");
+  EXPECT_DEATH(outer.try_lock(), "'callback_lists' is wanted while 'node' is held");
+  inner.unlock();
+  const std::lock_guard alone(outer);
+  const auto both = [&] {
+    const std::lock_guard one(last);
+    const std::lock_guard two(other);
+  };
+  EXPECT_DEATH(both(), "'leaf' is wanted while 'leaf' is held");
+}
+#endif
+
 }  // namespace
 }  // namespace takt

@@ -136,8 +136,8 @@ class SimulatedClock final : public Clock, public std::enable_shared_from_this<S
   // changes the one that is not used yet, and then source_: so readers need no lock.
   std::atomic<TimePoint> stands_{TimePoint{}};
   std::atomic<Nanoseconds> ahead_{Nanoseconds{0}};
-  std::atomic<TimePoint> last_set_{TimePoint{}};  // on the real clock
-  mutable PiMutex mutex_;                         // guards what follows, and changes
+  std::atomic<TimePoint> last_set_{TimePoint{}};          // on the real clock
+  mutable RankedMutex<LockRank::simulated_clock> mutex_;  // guards what follows, and changes
   bool has_time_;
   std::vector<Listener*> listeners_;
 };

@@ -226,10 +226,10 @@ class Client : public SubscriptionBase, private EndpointEvents::Listener {
   const std::uint64_t id_;
   const std::string path_;
   const std::shared_ptr<Pending> pending_;  // with coroutines that wait
-  PiMutex kept_mutex_;
+  RankedMutex<LockRank::kept_requests> kept_mutex_;
   std::vector<Kept> kept_;  // by place
   std::atomic<bool> has_to_repeat_{false};
-  PiMutex alarm_mutex_;
+  RankedMutex<LockRank::client_alarm> alarm_mutex_;
   Publisher<Request> requests_;
   std::shared_ptr<Timer> timer_;
 };

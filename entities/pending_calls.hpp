@@ -200,7 +200,7 @@ class PendingCalls {
   }
 
   const Nanoseconds timeout_;
-  mutable PiMutex mutex_;    // guards all below
+  mutable RankedMutex<LockRank::calls> mutex_;  // guards all below
   std::size_t end_;          // the place behind the last: where the list of calls begins and ends
   std::vector<Call> calls_;  // by place
   std::size_t free_ = 0;     // the first free place, or end_

@@ -69,8 +69,8 @@ class QosEvent final : public GuardCondition, EndpointEvents::Listener {
 
   const std::shared_ptr<EndpointEvents> events_;
   const Callback callback_;
-  PiMutex mutex_;    // in a reentrant group it runs on several threads
-  Status reported_;  // in the last callback; guarded by mutex_
+  RankedMutex<LockRank::status_event> mutex_;  // in a reentrant group it runs on several threads
+  Status reported_;                            // in the last callback; guarded by mutex_
 };
 
 /// A timer that is due when the next message should have passed; each time that none has, the
@@ -91,7 +91,8 @@ class DeadlineEvent final : public Timer {
 
   const std::shared_ptr<EndpointEvents> events_;
   const Callback callback_;
-  PiMutex mutex_;       // guards all below: in a reentrant group it runs on several threads
+  RankedMutex<LockRank::status_event>
+      mutex_;           // guards all below: in a reentrant group it runs on several threads
   TimePoint missed_{};  // the deadline that was missed last
   DeadlineMissedStatus reported_;
 };
@@ -116,8 +117,8 @@ class LivelinessEvent final : public Timer, EndpointEvents::Listener {
   const std::shared_ptr<EndpointEvents> events_;
   const Callback callback_;
   std::atomic<bool> has_happened_{false};
-  PiMutex mutex_;                     // in a reentrant group it runs on several threads
-  LivelinessChangedStatus reported_;  // in the last callback; guarded by mutex_
+  RankedMutex<LockRank::status_event> mutex_;  // in a reentrant group it runs on several threads
+  LivelinessChangedStatus reported_;           // in the last callback; guarded by mutex_
 };
 
 /// What calls the callback of a status.

@@ -61,7 +61,7 @@ class Receiver : public Subscription<T> {
  private:
   // Lives as long as a task waits.
   struct Awaited {
-    PiMutex mutex;
+    RankedMutex<LockRank::awaited_message> mutex;
     WaitingList waiting;
     bool is_over = false;  // no more messages come
     std::atomic<std::size_t> count{0};

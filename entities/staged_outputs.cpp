@@ -13,7 +13,7 @@ namespace {
 
 /// All that live, so that a publisher that goes finds what it has left.
 struct AllOutputs {
-  PiMutex mutex;
+  RankedMutex<LockRank::all_outputs> mutex;
   std::vector<StagedOutputs*> all;
   std::atomic<std::size_t> count{0};
 };

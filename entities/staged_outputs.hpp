@@ -43,7 +43,7 @@ class StagedOutputs {
   };
 
   const std::size_t capacity_;
-  mutable PiMutex mutex_;
+  mutable RankedMutex<LockRank::outputs> mutex_;
   std::vector<Output> outputs_ TAKT_GUARDED_BY(mutex_);
   std::uint64_t dropped_ TAKT_GUARDED_BY(mutex_) = 0;
 };

@@ -117,7 +117,7 @@ class TaskRunner : public Entity {
   std::shared_ptr<Timer> alarm_;
   std::atomic<std::size_t> reserved_{0}, ready_count_{0};
 
-  mutable PiMutex mutex_;  // guards all below
+  mutable RankedMutex<LockRank::tasks> mutex_;  // guards all below
   TaskOwner* task_owner_ = nullptr;
   std::vector<std::coroutine_handle<>> tasks_;  // by place; nullptr: none
   WaitingList ready_;

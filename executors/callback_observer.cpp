@@ -76,7 +76,7 @@ struct CallbackObserver::State final : private Watchdog::Watched {
   std::vector<TraceRing> rings;           // of each thread
   detail::DispatchLock lock{true};        // of settings and counts
   std::atomic<TimePoint> timers_held{};
-  mutable PiMutex mutex;  // guards what follows; taken before the lock
+  mutable RankedMutex<LockRank::observer> mutex;  // guards what follows
   std::map<CallbackId, std::unique_ptr<Callback>> callbacks;
   CallbackId next_id = 0;
   bool is_traced;  // or was

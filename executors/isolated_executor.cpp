@@ -263,7 +263,7 @@ bool IsolatedExecutor::is_used(const Child& child, const Node* node) {
 // waits for it: it cancels the thread, and the thread that spins does the rest.
 void IsolatedExecutor::remove_unless_used(const std::shared_ptr<Child>& child) {
   const std::shared_ptr<Node> node = child->node.lock();  // destroyed after the lock
-  std::unique_lock lock(mutex_);
+  Lock lock(mutex_);
   if (child->is_gone || is_used(*child, node.get())) return;
   const bool has_thread = child->thread.joinable();
   if (!detail::WaitInCallback::may_be_awaited() || (!has_thread && !child->is_joined)) {
@@ -294,15 +294,14 @@ void IsolatedExecutor::finish_removals() {
   }
   for (const auto& child : removed) {
     const std::shared_ptr<Node> node = child->node.lock();  // destroyed after the lock
-    std::unique_lock lock(mutex_);
+    Lock lock(mutex_);
     if (may_end(child)) end(child, node.get(), lock);
   }
 }
 
 // Called with the mutex held, which it releases while it waits for the child's thread, and when the
 // child is gone: then that forgets the node.
-void IsolatedExecutor::end(const std::shared_ptr<Child>& child, Node* node,
-                           std::unique_lock<std::mutex>& lock) {
+void IsolatedExecutor::end(const std::shared_ptr<Child>& child, Node* node, Lock& lock) {
   join(*child, lock);
   if (child->is_gone) return;  // another thread has removed it, too
   child->may_go = false;
@@ -361,17 +360,21 @@ void IsolatedExecutor::run(Child& child, const ExceptionHandler& handler) noexce
 }
 
 // Called with the mutex held, which it releases meanwhile. A second caller waits for the same end.
-void IsolatedExecutor::join(Child& child, std::unique_lock<std::mutex>& lock) {
-  joined_.wait(lock, [&] { return !child.is_joined; });
+void IsolatedExecutor::join(Child& child, Lock& lock) {
+  while (child.is_joined.load()) {
+    lock.unlock();
+    child.is_joined.wait(true);
+    lock.lock();
+  }
   if (child.thread.joinable()) {
-    child.is_joined = true;
+    child.is_joined.store(true);
     std::thread thread = std::move(child.thread);
     child.executor.cancel();
     lock.unlock();
     thread.join();
     lock.lock();
-    child.is_joined = false;
-    joined_.notify_all();
+    child.is_joined.store(false);
+    child.is_joined.notify_all();
   }
   child.executor.forget_cancel();  // the end of spin may have cancelled it meanwhile
 }

@@ -3,13 +3,13 @@
 #define TAKT_EXECUTORS_ISOLATED_EXECUTOR_HPP_
 
 #include <atomic>
-#include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <thread>
 #include <vector>
 
+#include "takt/base/pi_mutex.hpp"
 #include "takt/executors/engine/dispatching_executor.hpp"
 #include "takt/executors/wait_backends/sleepers.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
@@ -107,11 +107,13 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
     std::thread thread;
     int adding = 0;         // threads that add something to it
     bool may_spin = false;  // it has what it was made for, so its first spin knows what to wait for
-    bool is_joined = false;  // a thread waits for the end of its thread
-    bool may_go = false;     // a callback has removed what it had; the spinning thread removes it
+    std::atomic<bool> is_joined{false};  // a thread waits for the end of its thread; written so
+    bool may_go = false;  // a callback has removed what it had; the spinning thread removes it
     bool is_gone = false;
   };
   class Spin;
+  using Mutex = RankedMutex<LockRank::isolated>;
+  using Lock = std::unique_lock<Mutex>;
 
   void entity_added(Node& node, const std::shared_ptr<Entity>& entity) override;
   void group_added(Node&, const std::shared_ptr<CallbackGroup>&) override {}
@@ -134,8 +136,8 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   void remove_unless_used(const std::shared_ptr<Child>& child);
   void remove_forgotten();
   void finish_removals();
-  void end(const std::shared_ptr<Child>& child, Node* node, std::unique_lock<std::mutex>& lock);
-  void join(Child& child, std::unique_lock<std::mutex>& lock);
+  void end(const std::shared_ptr<Child>& child, Node* node, Lock& lock);
+  void join(Child& child, Lock& lock);
   void start(Child& child);
   void run(Child& child, const ExceptionHandler& handler) noexcept;
   void end_children() noexcept;
@@ -156,8 +158,7 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   std::atomic<bool> spinning_{false}, cancelled_{false};
   std::size_t next_turn_ = 0;  // of the children, on the caller's thread
 
-  std::condition_variable joined_;  // a child
-  mutable std::mutex mutex_;        // guards all below; control threads only
+  mutable Mutex mutex_;  // guards all below
   std::vector<std::shared_ptr<Child>> children_;
   std::vector<std::weak_ptr<Node>> nodes_;  // with a thread for each group: those we listen to
   // Of the children that were removed.

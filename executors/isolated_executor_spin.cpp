@@ -81,7 +81,7 @@ void IsolatedExecutor::end_children() noexcept {
     if (child->runs.load()) child->executor.cancel();
   }
   backend_->leave(0);
-  std::unique_lock lock(mutex_);
+  Lock lock(mutex_);
   for (const auto& child : all) join(*child, lock);
 }
 

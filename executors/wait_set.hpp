@@ -49,7 +49,7 @@ class WaitSet {
   const std::unique_ptr<WaitBackend> backend_;
   detail::Sleepers sleeper_;  // the thread that waits
   std::atomic<std::size_t> expected_removals_{0};
-  mutable PiMutex mutex_;  // guards members_
+  mutable RankedMutex<LockRank::wait_set> mutex_;  // guards members_
   std::vector<std::unique_ptr<Member>> members_;
   std::vector<std::shared_ptr<Entity>> ready_;
   std::vector<std::shared_ptr<Entity>> larger_;  // guarded by mutex_: room for as many as there are

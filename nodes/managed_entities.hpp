@@ -149,7 +149,7 @@ class ManagedSubscription final : public GatedEntity<SubscriptionWith<T, F>> {
 
  private:
   Clock& clock_;
-  PiMutex mutex_;
+  RankedMutex<LockRank::managed> mutex_;
 };
 
 }  // namespace takt

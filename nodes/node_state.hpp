@@ -36,7 +36,7 @@ struct Node::State {
   using ListenerCalls = detail::CallbackList<NodeListener&()>;
   ListenerCalls listener_calls;
 
-  PiMutex mutex;  // guards all below
+  RankedMutex<LockRank::node> mutex;  // guards all below
   std::vector<std::weak_ptr<Entity>> entities;
   std::vector<std::weak_ptr<CallbackGroup>> groups;
   std::vector<std::pair<NodeListener*, ListenerCalls::Entry>> listeners;

@@ -90,7 +90,8 @@ class ParameterStore {
     ParameterDescriptor descriptor;
     detail::IntegerLimits limits;
   };
-  using Lock = std::unique_lock<PiMutex>;
+  using ChangeMutex = RankedMutex<LockRank::parameters>;
+  using Lock = std::unique_lock<ChangeMutex>;
   /// What has changed, and the stores whose callbacks have led to it.
   struct Change {
     Parameters values;
@@ -131,7 +132,7 @@ class ParameterStore {
   ParametersCheck check_;
   PostSetParametersCallback act_;
 
-  PiMutex change_mutex_;         // held while something changes; comes before mutex_. Guards:
+  ChangeMutex change_mutex_;     // held while something changes. Guards:
   std::uint64_t version_ = 0;    // counts changes
   std::deque<Change> finished_;  // changes whose post-set callbacks have not been called
   bool calls_post_set_ = false;  // a thread does

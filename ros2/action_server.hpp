@@ -195,7 +195,7 @@ class ActionServer {
       if (listener_ != nullptr && !goals_.empty()) listener_->trigger();
     }
 
-    PiMutex mutex_;  // guards all below
+    RankedMutex<LockRank::accepted_goals> mutex_;  // guards all below
     GuardCondition* listener_ = nullptr;
     std::vector<Next> goals_;
   };

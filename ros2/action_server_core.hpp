@@ -295,6 +295,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
   }
 
  private:
+  using Mutex = RankedMutex<LockRank::action_server>;
   // Clients that ask for the same result; more push out the oldest.
   // Limit: clients that ask for the result of the same goal. At it: the oldest one gets no answer.
   // Seen: nothing.
@@ -325,7 +326,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     return goals_.size() - ended < options_.most_goals && ended < options_.most_results;
   }
   void finish(Goal& goal, GoalState state, const typename A::Result& result,
-              std::unique_lock<PiMutex>& lock) {
+              std::unique_lock<Mutex>& lock) {
     goal.state = state;
     goal.response = {static_cast<std::int8_t>(state), result};
     publish_status();
@@ -337,7 +338,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
   }
   // Without the lock, for the way back to a client may take a while to be found.
   void answer(const std::vector<RequestId>& requests, const Result& of,
-              std::unique_lock<PiMutex>& lock) {
+              std::unique_lock<Mutex>& lock) {
     const Result response = of;
     const auto service = result_service_.lock();
     lock.unlock();
@@ -357,7 +358,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
 
   const std::string name_;
   const ActionServerOptions options_;
-  PiMutex mutex_;  // guards all below
+  Mutex mutex_;  // guards all below
   std::vector<Goal> goals_;
   std::shared_ptr<Publisher<FeedbackMessage<A>>> feedback_;
   std::shared_ptr<Publisher<action_msgs::msg::GoalStatusArray>> status_;

@@ -35,7 +35,7 @@ class TimeSource final : public SimulatedClock::Source {
   void subscribe();
   void set(TimePoint now) noexcept;
 
-  PiMutex mutex_;  // guards all below
+  RankedMutex<LockRank::time_source> mutex_;  // guards all below
   std::weak_ptr<Node> host_;
   struct Followed {
     std::weak_ptr<SimulatedClock> clock;

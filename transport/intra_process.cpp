@@ -193,7 +193,7 @@ class Topics {
     }
   }
 
-  PiMutex mutex_;
+  RankedMutex<LockRank::topics> mutex_;
   std::map<std::string, Topic> topics_;
 };
 

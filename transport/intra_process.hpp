@@ -219,7 +219,8 @@ class IntraProcessWriter {
   using Table = std::vector<IntraProcessReader*>;
   /// The last messages.
   struct History {
-    PiMutex mutex;  // a publication is in the history and in the table's rings, or in none
+    RankedMutex<LockRank::history>
+        mutex;  // a publication is in the history and in the table's rings, or in none
     std::vector<MessageBlock*> messages;  // once there are `depth`, a ring
     std::size_t next = 0;                 // where the oldest is, once it is full
   };

@@ -95,7 +95,7 @@ class Callbacks final : private NodeListener, private Watchdog::Watched {
   const ExecutorOptions& options_;
   Dispatcher& dispatcher_;
   Removals removals_;
-  mutable PiMutex mutex_;  // guards all below
+  mutable RankedMutex<LockRank::callback_lists> mutex_;  // guards all below
   bool is_spinning_ TAKT_GUARDED_BY(mutex_) = false;
   bool is_frozen_ TAKT_GUARDED_BY(mutex_) = false;
   CallbackRecords records_ TAKT_GUARDED_BY(mutex_);

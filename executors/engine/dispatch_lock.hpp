@@ -34,7 +34,7 @@ class TAKT_LOCK DispatchLock {
   void wait() noexcept TAKT_ACQUIRES(mutex_);
 
   const bool is_shared_;
-  PiMutex mutex_;
+  RankedMutex<LockRank::dispatch> mutex_;
 };
 
 }  // namespace detail

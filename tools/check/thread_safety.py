@@ -13,7 +13,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-LOCKS = re.compile(r"\b(?:PiMutex|DispatchLock|TAKT_GUARDED_BY|TAKT_REQUIRES|lock_guard|unique_lock)\b")
+LOCKS = re.compile(r"\b(?:PiMutex|RankedMutex|DispatchLock|TAKT_GUARDED_BY|TAKT_REQUIRES|lock_guard|unique_lock)\b")
 # A precise match fails where a lambda names the lock in another way than its caller.
 WARNINGS = ["-Wno-everything", "-Wthread-safety", "-Werror=thread-safety", "-Wno-thread-safety-precise"]
 SKIPPED = 77

@@ -306,7 +306,7 @@ class CycloneWriter final : public CycloneEndpoint {
   const std::shared_ptr<EndpointEvents> events_;
   const std::uint64_t id_ = random_number();
   const PoolPtr<LentBlock> lent_;
-  PiMutex waiting_mutex_;
+  RankedMutex<LockRank::responses> waiting_mutex_;
   std::vector<Waiting> waiting_;  // of a service
   std::atomic<std::uint64_t> readers_ever_{0};
   std::atomic<bool> is_made_{false};
