@@ -84,27 +84,18 @@ class WaitInCallback {
   /// It cannot end before something that the calling thread is in.
   bool is_for_itself() const noexcept { return is_for_itself_; }
   /// Waits until this is true, which the caller of notify_progress has changed. Meanwhile the
-  /// thread does what others may wait for, see set_duty.
+  /// thread does what others may wait for, see set_duty. False: it was not for so long; then it
+  /// looks again and again, as no other wait has an end.
   template <class Condition>
-  void until(Condition&& is_true) const noexcept {
-    for (;;) {
-      const std::uint32_t seen = progress_.load();
-      if (const Duty duty = duty_.load()) duty();
-      if (is_true()) return;
-      progress_.wait(seen);
-    }
-  }
-
-  /// The same, but at most so long: false. It looks again and again, as nothing else has an end.
-  template <class Condition>
-  bool until(Condition&& is_true, Nanoseconds at_most) const noexcept {
+  bool until(Condition&& is_true, Nanoseconds at_most = Nanoseconds::max()) const noexcept {
     constexpr Nanoseconds kLongest = std::chrono::milliseconds(1);
     Nanoseconds pause = std::chrono::microseconds(20);
     for (Nanoseconds waited{0};; waited += pause, pause = std::min(2 * pause, kLongest)) {
+      const std::uint32_t seen = progress_.load();
       if (const Duty duty = duty_.load()) duty();
       if (is_true()) return true;
       if (waited >= at_most) return false;
-      std::this_thread::sleep_for(pause);
+      at_most == Nanoseconds::max() ? progress_.wait(seen) : std::this_thread::sleep_for(pause);
     }
   }
 

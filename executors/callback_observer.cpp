@@ -17,7 +17,7 @@
 #include "takt/base/logger.hpp"
 #include "takt/entities/traced.hpp"
 #include "takt/executors/engine/observed.hpp"
-#include "takt/executors/engine/past_statistics.hpp"
+#include "takt/executors/past_statistics.hpp"
 #include "takt/executors/watchdog.hpp"
 #include "takt/nodes/callback_info.hpp"
 #include "takt/nodes/chain.hpp"
@@ -85,7 +85,7 @@ struct CallbackObserver::State final : private Watchdog::Watched {
   std::vector<ThreadStatistics> ended;
 
  private:
-  // As Callbacks::report_miss.
+  // As Observation::report_miss.
   std::optional<TimePoint> report_miss(TimePoint now) noexcept override {
     Supervision::Miss miss;
     {

@@ -7,8 +7,8 @@
 
 #include "takt/base/same_owner.hpp"
 #include "takt/entities/wait_in_callback.hpp"
-#include "takt/executors/engine/spin_always.hpp"
-#include "takt/executors/engine/virtual_cpus.hpp"
+#include "takt/executors/spin_always.hpp"
+#include "takt/executors/virtual_cpus.hpp"
 
 namespace takt {
 namespace {
@@ -248,15 +248,15 @@ void IsolatedExecutor::remove_node(const std::shared_ptr<Node>& node) {
   for (const auto& child : children()) {
     if (!is_same_owner(child->node, node)) continue;
     const auto group = child->group.lock();
-    if (group != nullptr) child->executor.release_groups({group}, *node);
+    if (group != nullptr) child->executor.callbacks().release_groups({group}, *node);
     remove_unless_used(child);
   }
   node->release(this);
 }
 
 // Called with the mutex held. `node`: the child's own, if it exists.
-bool IsolatedExecutor::is_used(const Child& child, const Node* node) {
-  return child.adding != 0 || child.executor.is_used_by(node);
+bool IsolatedExecutor::is_used(Child& child, const Node* node) {
+  return child.adding != 0 || child.executor.callbacks().is_used_by(node);
 }
 
 // Code of the user does not wait for the end of the child's thread, which may be in a callback that
@@ -319,7 +319,7 @@ void IsolatedExecutor::end(const std::shared_ptr<Child>& child, Node* node, Lock
     return;
   }
   lock.unlock();
-  if (node != nullptr) child->executor.forget(*node);
+  if (node != nullptr) child->executor.callbacks().forget(*node);
 }
 
 void IsolatedExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup>& group,
@@ -376,7 +376,7 @@ void IsolatedExecutor::join(Child& child, Lock& lock) {
     child.is_joined.store(false);
     child.is_joined.notify_all();
   }
-  child.executor.forget_cancel();  // the end of spin may have cancelled it meanwhile
+  child.executor.workers().take_stop();  // the end of spin may have cancelled it meanwhile
 }
 
 // ---- Observing ----

@@ -132,7 +132,7 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
            Add&& to_child);
   std::vector<std::shared_ptr<Child>> children() const;
   std::vector<std::shared_ptr<Child>> children_to_spin() const;
-  static bool is_used(const Child& child, const Node* node);
+  static bool is_used(Child& child, const Node* node);
   void remove_unless_used(const std::shared_ptr<Child>& child);
   void remove_forgotten();
   void finish_removals();

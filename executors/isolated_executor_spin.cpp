@@ -103,10 +103,10 @@ template <class Done>
 void IsolatedExecutor::run_on_caller(TimePoint limit, bool once, Done&& done) {
   std::vector<std::shared_ptr<Child>> observed;  // kept as long as the back end watches them
   const auto observe = [&](std::vector<std::shared_ptr<Child>> all) {
-    for (const auto& child : all) child->executor.set_observer(this);
+    for (const auto& child : all) child->executor.workers().set_observer(this);
     for (const auto& child : observed) {
       if (std::find(all.begin(), all.end(), child) != all.end()) continue;
-      child->executor.set_observer(nullptr);
+      child->executor.workers().set_observer(nullptr);
       backend_->unwatch(&child->waker);
     }
     observed = std::move(all);
@@ -128,7 +128,7 @@ void IsolatedExecutor::run_on_caller(TimePoint limit, bool once, Done&& done) {
       if (const int fd = child->executor.wait_fd(); fd >= 0) {
         backend_->watch({.fd = fd, .events = POLLIN, .listener = &child->waker});
       }
-      deadline = std::min(deadline, child->executor.next_release());
+      deadline = std::min(deadline, child->executor.callbacks().next_release());
     }
     if (cancelled_.load() || done() || is_over(limit)) return;
     if (!sleep(deadline) && is_over(limit)) return;

@@ -108,6 +108,21 @@ TEST_F(Preemptive, NoCallbackInterruptsOneOfItsGroup) {
                                             Job("high", 11ms, 12ms), Job("middle", 12ms, 15ms)));
 }
 
+TEST_F(Preemptive, AGroupThatHasLostItsMostUrgentCallbackIsInterrupted) {
+  const auto shared = group("shared");
+  timer("low", 2ms, 100ms, 10ms, {.priority = 1}, shared);
+  timer("middle", 3ms, 100ms, 1ms, {.priority = 5});
+  timer("high", 50ms, 100ms, 1ms, {.priority = 9}, shared);
+  const auto executor = make(3);
+  executor->spin_some();
+  timers_.pop_back();
+  {
+    const ManualSpin spin(*executor, clock_, 3);
+    clock_.advance(20ms);
+  }
+  EXPECT_THAT(jobs_, ElementsAre(Job("middle", 3ms, 4ms), Job("low", 2ms, 13ms)));
+}
+
 TEST_F(Preemptive, AnEarlierDeadlineInterrupts) {
   timer("long", 0ms, 100ms, 10ms, {.deadline = 20ms});
   timer("late", 1ms, 100ms, 1ms, {.deadline = 30ms});

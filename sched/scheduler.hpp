@@ -82,8 +82,8 @@ class Scheduler {
  public:
   virtual ~Scheduler() = default;
   /// Called once, before the first push, with all callbacks that will ever be pushed. May allocate
-  /// and throw. When the set changes, the executor creates another scheduler and moves the waiting
-  /// callbacks.
+  /// and throw. When a callback is added, or its parameters change, the executor creates another
+  /// scheduler and moves the waiting callbacks. One that is removed is pushed no more.
   virtual void configure(std::span<const CallbackInfo>) {}
   virtual void push(ReadyCallback& callback) noexcept = 0;
   /// The callback to run next, nullptr when there is none.

@@ -418,7 +418,7 @@ class KnowsItsCallbacks : public Scheduler {
   ReadyCallback* first_ = nullptr;
 };
 
-// The scheduler that a removal brings has no room for what was removed: it must not hear of it.
+// A scheduler that was installed since has no room for what was removed: none must hear of it.
 TEST(Schedulers, DoNotGetTheEndOfACallbackThatIsRemovedMeanwhile) {
   schedulers().add("knowing", {"", make_scheduler<KnowsItsCallbacks>});
   const auto executor = executors().make("events", {.scheduler = "knowing"});

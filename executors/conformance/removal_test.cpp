@@ -4,6 +4,9 @@
 #include <future>
 #include <set>
 
+#include <sys/eventfd.h>
+#include <unistd.h>
+
 #include "takt/executors/conformance/conformance.hpp"
 #include "takt/executors/wait_set.hpp"
 
@@ -48,8 +51,7 @@ class Gate {
   const std::shared_future<void> future_{promise_.get_future()};
 };
 
-/// Its hooks run once. An executor configures it for an update: when it has begun to add or to
-/// remove, and holds its mutex.
+/// Its hooks run once. An executor configures it when it has begun to add, and holds its mutex.
 class HookedScheduler : public Scheduler {
  public:
   void configure(std::span<const CallbackInfo>) override {
@@ -330,9 +332,7 @@ TEST_P(Removal, ACallbackMayRemoveItsOwnNodeAndAddItAgain) {
 
 // The callback did not wait for the remover, and came to its worker again.
 TEST_P(Removal, ACallbackThatDropsItselfWhileAnotherThreadRemovesItDoesNotRunAgain) {
-  ExecutorOptions options;
-  options.scheduler = HookedScheduler::name();
-  const auto executor = make(options);
+  const auto executor = make(Clock::steady());
   Gate is_inside, is_removing, may_remove;
   std::atomic<int> ran{0};
   std::shared_ptr<HookedGuard> guard;
@@ -343,11 +343,13 @@ TEST_P(Removal, ACallbackThatDropsItselfWhileAnotherThreadRemovesItDoesNotRunAga
     guard->trigger();
     guard.reset();
   });
+  const int never_ready = eventfd(0, EFD_CLOEXEC);
+  guard->fd = never_ready;
   executor->add_node(node_);
   SpinThread spin(*executor);
   guard->trigger();
   is_inside.wait();
-  HookedScheduler::on_configure = [&] {
+  guard->on_watch = [&] {  // when the remover unwatches it, and holds the executor's mutex
     is_removing.open();
     may_remove.wait();
   };
@@ -356,7 +358,35 @@ TEST_P(Removal, ACallbackThatDropsItselfWhileAnotherThreadRemovesItDoesNotRunAga
   may_remove.open();
   remover.join();
   spin.stop();
+  close(never_ready);
   EXPECT_EQ(ran, 1);
+}
+
+// It lay in the inbox, which nobody looks into before the next spin.
+TEST_P(Removal, WhatIsDroppedAtRestIsDestroyedThen) {
+  const auto owned = std::make_shared<int>(1);
+  auto guard = node_->make("guard", [owned] {});
+  executor_->add_node(node_);
+  executor_->spin_some();
+  guard->trigger();
+  guard.reset();
+  EXPECT_EQ(owned.use_count(), 1);
+}
+
+TEST_P(Removal, KeepsTheSchedulerAndItsHistory) {
+  const auto executor = make({.scheduler = HookedScheduler::name()});
+  const auto stays = node_->make("stays");
+  auto leaves = node_->make("leaves");
+  executor->add_node(node_);
+  executor->spin_some();
+  bool is_new = false;
+  HookedScheduler::on_configure = [&] { is_new = true; };
+  leaves.reset();
+  executor->spin_some();
+  EXPECT_FALSE(is_new);
+  const auto comes = node_->make("comes");
+  executor->spin_some();
+  EXPECT_TRUE(is_new);
 }
 
 // ---- What could not be added, and was dropped meanwhile: its record was freed in between ----
@@ -436,23 +466,16 @@ TEST_P(Removal, AHandleIsDroppedWhileTheExecutorEnds) {
   guard->trigger();
   executor->spin_some();
   other->add_node(node_);
-  // An installed update is destroyed with the executor, and no other scheduler is destroyed later.
-  stays->set_callback_parameters({.callbacks = {{"idle", {.priority = 1}}}});
-  executor->spin_some();
-  HookedScheduler::on_configure = [] { throw Error("refused"); };
   Gate is_dropping, may_go_on;
   guard->on_detach = [&] {
     is_dropping.open();
     may_go_on.wait();
   };
   std::thread dropper;
-  const auto drop = [&] {
+  HookedScheduler::on_destroy = [&] {  // with the record of what it has given away
     dropper = std::thread([&] { guard.reset(); });
     is_dropping.wait();
   };
-  HookedScheduler::on_destroy = [&] {
-    HookedScheduler::on_destroy = drop;
-  };  // the first is the refused one
   executor.reset();
   may_go_on.open();
   ASSERT_TRUE(dropper.joinable());

@@ -9,30 +9,27 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/lockfree/read_section.hpp"
-#include "takt/base/logger.hpp"
 #include "takt/base/same_owner.hpp"
 #include "takt/entities/traced.hpp"
 #include "takt/entities/wait_in_callback.hpp"
 
 namespace takt::detail {
 
-Callbacks::Callbacks(const ExecutorOptions& options, Dispatcher& dispatcher)
-    : options_(options), dispatcher_(dispatcher), changes_(dispatcher, options) {
+Callbacks::Callbacks(const ExecutorOptions& options, Dispatcher& dispatcher, CallbackLists& lists)
+    : options_(options), dispatcher_(dispatcher), lists_(lists), changes_(dispatcher, options) {
   WaitInCallback::set_duty(Dispatcher::install_updates_here);
-  if (options.watchdog != nullptr) options.watchdog->add(*this);
   trace_executor_made(this, dispatcher.workers().all().size());
 }
 
 Callbacks::~Callbacks() {
-  if (options_.watchdog != nullptr) options_.watchdog->remove(*this);
   for (const auto& weak : nodes_) {
     if (const auto node = weak.lock()) node->remove_listener(*this);
   }
   std::vector<Record*> mine;
   {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(lists_.mutex);
     dispatcher_.observation().end();
-    for (const auto& [id, record] : records_) {
+    for (const auto& [id, record] : lists_.records) {
       if (claim_removal(*record)) mine.push_back(record.get());
     }
   }
@@ -41,11 +38,11 @@ Callbacks::~Callbacks() {
   // thread that drops a handle later finds no record.
   for (bool is_over = false; !is_over;) {
     removals_.wait();
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(lists_.mutex);
     const std::lock_guard ownership(ownership_mutex());
     is_over = !removals_.are_expected();
     if (!is_over) continue;
-    for (const auto& record : removed_) record->forget_earlier_owner();
+    for (const auto& record : lists_.removed) record->forget_earlier_owner();
   }
   for (const auto& weak : nodes_) {
     if (const auto node = weak.lock()) {
@@ -60,7 +57,7 @@ Callbacks::~Callbacks() {
 // ---- Adding ----
 
 void Callbacks::refuse_when_frozen(const char* what) const {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(lists_.mutex);
   if (is_frozen_) {
     throw Error(fmt::format("executor '{}' is static: nothing can be {} after its first spin",
                             options_.name, what),
@@ -110,7 +107,7 @@ void Callbacks::add_callback_group(const std::shared_ptr<CallbackGroup>& group,
 
 void Callbacks::listen_to(const std::shared_ptr<Node>& node) {
   node->add_listener(*this);
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(lists_.mutex);
   const auto is_known = [&](const auto& known) { return is_same_owner(known, node); };
   if (std::any_of(nodes_.rbegin(), nodes_.rend(), is_known)) return;  // by another group
   if (nodes_.size() == nodes_.capacity()) {
@@ -168,7 +165,7 @@ void Callbacks::add_entity(const std::shared_ptr<Entity>& entity, const Node& no
   RemovedRecords gone;
   std::unique_ptr<Record> record;
   const CallbackParameters parameters = node.callback_parameters(*entity);
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(lists_.mutex);
   if (removals_.contains(entity->group().get())) return;  // as if created after the removal
   gone = take_unused();
   record = make_record(entity, node, parameters);
@@ -181,11 +178,11 @@ void Callbacks::add_entity(const std::shared_ptr<Entity>& entity, const Node& no
   }
   Record& added = *record;
   of_entity_.emplace(entity.get(), &added);
-  records_.emplace(added.key(), std::move(record));
+  lists_.records.emplace(added.key(), std::move(record));
   try {
     dispatcher_.workers().places().watch(added);
     changes_.added();
-    if (is_spinning_) publish();
+    if (lists_.is_spinning) publish();
   } catch (...) {  // a user's scheduler refuses it: undo all
     undo_add(added);
     throw;
@@ -196,93 +193,90 @@ void Callbacks::add_entity(const std::shared_ptr<Entity>& entity, const Node& no
 // removal.
 void Callbacks::undo_add(Record& record) noexcept {
   take_from_lists(record);
+  record.remove_unpublished();
   {
     const std::lock_guard ownership(ownership_mutex());
     if (record.entity->owner() != &record) return;
     record.entity->set_owner(nullptr);
   }
-  removed_.pop_back();
+  lists_.removed.pop_back();
 }
 
 // ---- Changing ----
 
 void Callbacks::parameters_changed(Node& node) {
   const auto entities = node.entities();
-  const std::lock_guard lock(mutex_);
-  std::vector<std::pair<Record*, CallbackSettings>> before;
-  const std::size_t changes = changes_.count_changed();
+  const std::lock_guard lock(lists_.mutex);
+  std::vector<ScheduleUpdate::Change> changed;
   for (const auto& entity : entities) {
     const auto known = of_entity_.find(entity.get());
     if (known == of_entity_.end()) continue;
     Record& record = *known->second;
-    const CallbackSettings now = settings_of(record, node);
-    if (now == record.wanted) continue;
-    before.emplace_back(&record, record.wanted);
-    changes_.changed(record, now);
+    if (const CallbackSettings now = settings_of(record, node); now != record.wanted)
+      changed.push_back({&record, now});
   }
-  if (before.empty() || !is_spinning_) return;
+  const auto exchange = [&changed] {
+    for (auto& [record, settings] : changed) {
+      std::swap(record->wanted, settings);
+      if (!record->is_handed_over) record->settings = record->wanted;
+    }
+  };
+  exchange();
+  if (std::none_of(changed.begin(), changed.end(),
+                   [](const auto& change) { return change.record->is_handed_over; })) {
+    return;  // the first spin brings them
+  }
   try {
-    publish();
+    publish(changed);
   } catch (...) {  // a user's scheduler refuses them: undo all
-    for (const auto& [record, settings] : before) record->wanted = settings;
-    changes_.keep_changed(changes);
+    exchange();
     throw;
   }
 }
 
 // Throws what a user's scheduler throws; then nothing has changed.
-void Callbacks::publish() {
-  changes_.publish(records_);
+void Callbacks::publish(const std::vector<ScheduleUpdate::Change>& changed) {
+  changes_.publish(lists_.records, changed);
   group_ids_.forget_gone();
   node_ids_.forget_gone();
-}
-
-void Callbacks::publish_removal() noexcept {
-  try {
-    publish();
-  } catch (...) {
-    log(LogLevel::error,
-        "executor '{}': scheduler '{}' threw when callbacks were removed, and is used as it was",
-        options_.name, options_.scheduler);
-    changes_.publish_without_scheduler(records_);
-  }
+  if (!lists_.is_spinning) dispatcher_.install_here();
 }
 
 // ---- Spinning ----
 
 void Callbacks::begin_spin(Worker& worker, bool freezes) {
-  const std::lock_guard lock(mutex_);
-  if (is_spinning_) {
+  const std::lock_guard lock(lists_.mutex);
+  if (lists_.is_spinning) {
     throw Error("executor '" + options_.name + "' is spinning already",
                 "in a callback, make it a coroutine and co_await what it waits for");
   }
   if (!dispatcher_.workers().places().are_chosen()) choose_wait_backend();
   dispatcher_.workers().places().prepare();
   if (changes_.are_pending()) publish();
-  is_spinning_ = true;
+  lists_.is_spinning = true;
   is_frozen_ = freezes;
   worker.enter();
   const ReadSection registers_this_thread;
-  dispatcher_.begin();  // the first update must be there: no thread can take it back now
+  dispatcher_.begin();
 }
 
 void Callbacks::end_spin(Worker& worker) noexcept {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(lists_.mutex);
   dispatcher_.install_here();
   worker.leave();
-  is_spinning_ = false;
+  lists_.is_spinning = false;
 }
 
 void Callbacks::choose_wait_backend() {
   Places& places = dispatcher_.workers().places();
-  places.choose(std::any_of(records_.begin(), records_.end(), [](const auto& entry) {
+  places.choose(std::any_of(lists_.records.begin(), lists_.records.end(), [](const auto& entry) {
     return entry.second->entity->watch().fd >= 0;
   }));
   try {
-    for (const auto& [id, record] : records_) places.watch(*record);
+    for (const auto& [id, record] : lists_.records) places.watch(*record);
   } catch (...) {
     places.forget();
-    for (const auto& [id, record] : records_) record->is_watched = false;
+    for (const auto& [id, record] : lists_.records) record->is_watched = false;
     throw;
   }
 }
@@ -291,8 +285,8 @@ void Callbacks::choose_wait_backend() {
 
 bool Callbacks::is_used_by(const Node* node) const {
   {
-    const std::lock_guard lock(mutex_);
-    if (!records_.empty()) return true;
+    const std::lock_guard lock(lists_.mutex);
+    if (!lists_.records.empty()) return true;
   }
   if (node == nullptr) return false;
   const auto groups = node->groups();
@@ -302,33 +296,8 @@ bool Callbacks::is_used_by(const Node* node) const {
 }
 
 TimePoint Callbacks::next_release() const noexcept {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(lists_.mutex);
   return dispatcher_.ready().next_release();
-}
-
-std::size_t Callbacks::pending() const noexcept {
-  const std::lock_guard lock(mutex_);
-  return dispatcher_.observation().pending(records_) + dispatcher_.held_back();
-}
-
-std::vector<CallbackStatistics> Callbacks::statistics() const {
-  const std::lock_guard lock(mutex_);
-  return dispatcher_.observation().statistics(records_, removed_);
-}
-
-// Runs on the watchdog's thread. The handler runs without the mutex, and may destroy this: that of
-// a node under `isolated` which removes the node did, and its mutex was locked afterwards.
-std::optional<TimePoint> Callbacks::report_miss(TimePoint now) noexcept {
-  Supervision::Miss miss;
-  {
-    const std::lock_guard lock(mutex_);
-    for (const auto& [id, record] : records_) {
-      if (Supervision::find_miss(record->supervision, record->wanted.overrun, now, miss)) break;
-    }
-  }
-  if (miss.late == nullptr) return miss.next;
-  Supervision::report(miss);
-  return {};
 }
 
 }  // namespace takt::detail

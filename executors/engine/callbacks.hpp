@@ -5,7 +5,6 @@
 
 #include <cstddef>
 #include <memory>
-#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -24,9 +23,9 @@ namespace takt::detail {
 /// The side of control threads. They build a change as an update; a worker installs it at its next
 /// dispatch. While no thread spins, the control thread installs it itself.
 /// Thread safety: every method from any thread. Real-time: no.
-class Callbacks final : private NodeListener, private Watchdog::Watched {
+class Callbacks final : private NodeListener {
  public:
-  Callbacks(const ExecutorOptions& options, Dispatcher& dispatcher);
+  Callbacks(const ExecutorOptions& options, Dispatcher& dispatcher, CallbackLists& lists);
   /// Removes them all.
   ~Callbacks();
   Callbacks(const Callbacks&) = delete;
@@ -39,19 +38,20 @@ class Callbacks final : private NodeListener, private Watchdog::Watched {
                           const std::shared_ptr<Node>& node);
   void remove_callback_group(const std::shared_ptr<CallbackGroup>& group,
                              const std::shared_ptr<Node>& node);
-  std::size_t pending() const noexcept;
-  std::vector<CallbackStatistics> statistics() const;
-  std::vector<ThreadStatistics> thread_statistics() const;
-  void begin_trace(std::size_t events);
-  void end_trace() noexcept;
-  /// `threads`: the kernel's numbers, by worker; 0: it does not run.
-  std::vector<ThreadStatistics> traces(const std::vector<std::atomic<int>>& threads) const;
 
-  // As DispatchingExecutor.
+  // For executors that are made of others.
+
+  /// As remove_callback_group, for all of these groups that belong to this executor.
   void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups, Node& node,
                       bool with_node = false) noexcept;
+  /// Nothing of the node belongs to it, and nothing will: it does not even make a pointer to it any
+  /// more, which might be the last one for a moment.
   void forget(Node& node) noexcept;
+  /// Whether it has callbacks, or the node or one of its groups belongs to it. Callbacks may live
+  /// longer than their node: then `node` is nullptr.
   bool is_used_by(const Node* node) const;
+  /// When the first timer is due. Call it only while no thread spins; other threads may remove
+  /// timers meanwhile.
   TimePoint next_release() const noexcept;
 
   /// The worker's thread begins to spin. Throws Error if another one does. `freezes`: nothing is
@@ -60,9 +60,9 @@ class Callbacks final : private NodeListener, private Watchdog::Watched {
   void end_spin(Worker& worker) noexcept;
 
   // For records.
-  void remove(const std::vector<CallbackRecord*>& records) noexcept;
-  /// Of one, whose entity is dropped or leaves: waits no longer than Entity::drop_wait.
-  void remove_dropped(CallbackRecord& record) noexcept;
+  /// Waits no longer than this until none of them runs; then another thread does what is left.
+  void remove(const std::vector<CallbackRecord*>& records,
+              Nanoseconds at_most = Nanoseconds::max()) noexcept;
   Removals& removals() noexcept { return removals_; }
 
  private:
@@ -71,7 +71,6 @@ class Callbacks final : private NodeListener, private Watchdog::Watched {
   void entity_added(Node& node, const std::shared_ptr<Entity>& entity) override;
   void group_added(Node& node, const std::shared_ptr<CallbackGroup>& group) override;
   void parameters_changed(Node& node) override;
-  std::optional<TimePoint> report_miss(TimePoint now) noexcept override;
 
   void refuse_when_frozen(const char* what) const;
   void add_group(const std::shared_ptr<CallbackGroup>& group, const Node& node);
@@ -79,33 +78,29 @@ class Callbacks final : private NodeListener, private Watchdog::Watched {
   void listen_to(const std::shared_ptr<Node>& node);
 
   // With the mutex held.
-  void choose_wait_backend() TAKT_REQUIRES(mutex_);
+  void choose_wait_backend() TAKT_REQUIRES(lists_.mutex);
   std::unique_ptr<Record> make_record(const std::shared_ptr<Entity>& entity, const Node& node,
-                                      const CallbackParameters& parameters) TAKT_REQUIRES(mutex_);
-  void undo_add(Record& record) noexcept TAKT_REQUIRES(mutex_);
-  void publish() TAKT_REQUIRES(mutex_);
-  void publish_removal() noexcept TAKT_REQUIRES(mutex_);
-  bool begin_removal(const std::vector<Record*>& records) noexcept;
-  void end_removal(const std::vector<Record*>& records, bool at_rest) noexcept;
-  bool claim_removal(Record& record) noexcept TAKT_REQUIRES(mutex_);
-  void take_from_lists(Record& record) noexcept TAKT_REQUIRES(mutex_);
-  void remove_at_rest(const std::vector<Record*>& records) noexcept TAKT_REQUIRES(mutex_);
-  RemovedRecords take_unused() noexcept TAKT_REQUIRES(mutex_);
+                                      const CallbackParameters& parameters)
+      TAKT_REQUIRES(lists_.mutex);
+  void undo_add(Record& record) noexcept TAKT_REQUIRES(lists_.mutex);
+  void publish(const std::vector<ScheduleUpdate::Change>& changed = {}) TAKT_REQUIRES(lists_.mutex);
+  void begin_removal(const std::vector<Record*>& records) noexcept;
+  void end_removal(const std::vector<Record*>& records) noexcept;
+  bool claim_removal(Record& record) noexcept TAKT_REQUIRES(lists_.mutex);
+  void take_from_lists(Record& record) noexcept TAKT_REQUIRES(lists_.mutex);
+  RemovedRecords take_unused() noexcept TAKT_REQUIRES(lists_.mutex);
 
   const ExecutorOptions& options_;
   Dispatcher& dispatcher_;
   Removals removals_;
-  mutable RankedMutex<LockRank::callback_lists> mutex_;  // guards all below
-  bool is_spinning_ TAKT_GUARDED_BY(mutex_) = false;
-  bool is_frozen_ TAKT_GUARDED_BY(mutex_) = false;
-  CallbackRecords records_ TAKT_GUARDED_BY(mutex_);
-  std::unordered_map<const Entity*, Record*> of_entity_ TAKT_GUARDED_BY(mutex_);  // the same
-  RemovedRecords removed_ TAKT_GUARDED_BY(mutex_);  // until nothing refers to them
-  Changes changes_ TAKT_GUARDED_BY(mutex_);
-  CallbackId next_id_ TAKT_GUARDED_BY(mutex_) = 0;
-  Numbers<Exclusion> group_ids_ TAKT_GUARDED_BY(mutex_);
-  Numbers<const Node> node_ids_ TAKT_GUARDED_BY(mutex_);
-  std::vector<std::weak_ptr<Node>> nodes_ TAKT_GUARDED_BY(mutex_);
+  CallbackLists& lists_;  // its mutex guards all below; `of_entity_` are its records
+  bool is_frozen_ TAKT_GUARDED_BY(lists_.mutex) = false;
+  std::unordered_map<const Entity*, Record*> of_entity_ TAKT_GUARDED_BY(lists_.mutex);
+  Changes changes_ TAKT_GUARDED_BY(lists_.mutex);
+  CallbackId next_id_ TAKT_GUARDED_BY(lists_.mutex) = 0;
+  Numbers<Exclusion> group_ids_ TAKT_GUARDED_BY(lists_.mutex);
+  Numbers<const Node> node_ids_ TAKT_GUARDED_BY(lists_.mutex);
+  std::vector<std::weak_ptr<Node>> nodes_ TAKT_GUARDED_BY(lists_.mutex);
 };
 
 }  // namespace takt::detail

@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
-#include "takt/base/logger.hpp"
 #include "takt/base/same_owner.hpp"
 #include "takt/executors/engine/callbacks.hpp"
 
@@ -27,7 +26,7 @@ void Callbacks::remove_node(const std::shared_ptr<Node>& node) {
 
 void Callbacks::forget(Node& node) noexcept {
   node.remove_listener(*this);
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(lists_.mutex);
   std::erase_if(nodes_, [gone = node.weak_from_this()](const auto& known) {
     return is_same_owner(known, gone);
   });
@@ -54,7 +53,7 @@ void Callbacks::release_groups(std::vector<std::shared_ptr<CallbackGroup>> group
   std::vector<Record*> of_others;
   std::vector<std::uint64_t> removals;
   {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(lists_.mutex);
     std::erase_if(groups, [this](const auto& group) { return !group->belongs_to(this); });
     for (const auto& group : groups) removals.push_back(removals_.begin(group.get()));
     if (with_node) removals.push_back(removals_.begin(&node));
@@ -64,7 +63,7 @@ void Callbacks::release_groups(std::vector<std::shared_ptr<CallbackGroup>> group
       if (known == of_entity_.end() || !is_meant(*known->second)) continue;
       (claim_removal(*known->second) ? mine : of_others).push_back(known->second);
     }
-    for (const auto& record : removed_) {
+    for (const auto& record : lists_.removed) {
       if (is_meant(*record)) of_others.push_back(record.get());
     }
     for (Record* record : of_others) record->state.retain();
@@ -74,7 +73,7 @@ void Callbacks::release_groups(std::vector<std::shared_ptr<CallbackGroup>> group
     record->wait_until_over();
     record->detach();
   }
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(lists_.mutex);
   for (Record* record : of_others) record->state.release();
   for (std::size_t i = 0; i < groups.size(); ++i) {
     if (removals_.end(groups[i].get(), removals[i])) groups[i]->release(this);
@@ -93,28 +92,25 @@ bool Callbacks::claim_removal(Record& record) noexcept {
 
 // 1. The records leave the list, so that the next update does not contain them. Their file
 //    descriptors are no longer watched.
-// 2. A dispatch point installs that update: it takes them out of the scheduler.
+// 2. A dispatch point installs that update, or this thread, if none spins: it takes them out of the
+//    scheduler.
 // 3. The running callbacks end; then no thread executes the entities.
 // 4. The entities drop their sinks; when all read sections have ended, no thread announces them.
 // 5. A record without references is freed: neither these threads nor the ready set use it.
-void Callbacks::remove(const std::vector<Record*>& records) noexcept {
-  if (records.empty()) return;
-  const bool at_rest = begin_removal(records);
-  for (const Record* record : records) record->wait_until_over();
-  end_removal(records, at_rest);
-}
-
+//
 // A thread that holds a mutex which a callback waits for would wait for ever. So another one ends
 // what takes too long; the executor's destructor waits for it.
-void Callbacks::remove_dropped(Record& record) noexcept {
-  const Nanoseconds at_most = record.entity->drop_wait();
-  if (at_most == Nanoseconds::max()) return remove({&record});
-  const bool at_rest = begin_removal({&record});
-  if (record.wait_until_over(at_most)) return end_removal({&record}, at_rest);
-  const auto end = [this, &record, at_rest] {
-    record.state.wait_until_over();
-    end_removal({&record}, at_rest);
+void Callbacks::remove(const std::vector<Record*>& records, Nanoseconds at_most) noexcept {
+  if (records.empty()) return;
+  begin_removal(records);
+  const auto end = [this, records] {
+    for (const Record* record : records) record->wait_until_over();
+    end_removal(records);
   };
+  const bool is_over = std::all_of(records.begin(), records.end(), [&](const Record* record) {
+    return record->wait_until_over(at_most);
+  });
+  if (is_over) return end();
   try {
     std::thread(end).detach();
   } catch (const std::system_error&) {  // no thread is to be had
@@ -122,66 +118,46 @@ void Callbacks::remove_dropped(Record& record) noexcept {
   }
 }
 
-/// Returns true if no thread spins, so that none executes.
-bool Callbacks::begin_removal(const std::vector<Record*>& records) noexcept {
-  const std::lock_guard lock(mutex_);
-  const bool at_rest = !is_spinning_;
-  for (Record* record : records) take_from_lists(*record);
-  if (at_rest) {
-    remove_at_rest(records);
-  } else {
-    publish_removal();
+void Callbacks::begin_removal(const std::vector<Record*>& records) noexcept {
+  const std::lock_guard lock(lists_.mutex);
+  std::vector<Record*> handed_over;
+  for (Record* record : records) {
+    take_from_lists(*record);
+    if (record->is_handed_over) {
+      handed_over.push_back(record);
+    } else {
+      record->remove_unpublished();
+    }
   }
-  return at_rest;
+  if (handed_over.empty()) return;
+  changes_.publish_removal(handed_over, lists_.records);
+  if (!lists_.is_spinning) dispatcher_.install_here();
 }
 
-void Callbacks::end_removal(const std::vector<Record*>& records, bool at_rest) noexcept {
+void Callbacks::end_removal(const std::vector<Record*>& records) noexcept {
   for (Record* record : records) record->detach();
-  // Destroy what the user's callbacks hold without the lock: it may be another entity of this
-  // executor.
-  std::vector<std::shared_ptr<Entity>> released;
   RemovedRecords gone;
   {
-    const std::lock_guard lock(mutex_);
-    for (Record* record : records) {
-      if (at_rest) {
-        dispatcher_.observation().remember(*record);
-        released.push_back(record->release_entity());
-      }
-      record->state.release();
+    const std::lock_guard lock(lists_.mutex);
+    for (Record* record : records) record->state.release();
+    if (!lists_.is_spinning) {  // so nobody takes them from the inbox
+      const std::lock_guard dispatch(dispatcher_.lock());
+      dispatcher_.ready().discard_removed();
     }
-    if (!at_rest || changes_.count_removed() == 0) gone = take_unused();
+    gone = take_unused();
   }
-  released.clear();
   gone.clear();
   removals_.are_over(records.size());
 }
 
 void Callbacks::take_from_lists(Record& record) noexcept {
-  const auto entry = records_.find(record.key());
-  if (entry == records_.end()) return;  // see undo_add
+  const auto entry = lists_.records.find(record.key());
+  if (entry == lists_.records.end()) return;  // see undo_add
   dispatcher_.workers().places().unwatch(record);
   of_entity_.erase(record.entity.get());
-  removed_.push_back(std::move(entry->second));
-  records_.erase(entry);
+  lists_.removed.push_back(std::move(entry->second));
+  lists_.records.erase(entry);
   record.state.release();
-  if (record.is_handed_over) {
-    changes_.removed(record);
-  } else {
-    record.remove_at_rest();
-  }
-}
-
-// While no thread spins, so none executes. The ready set drops the records at the next spin, or
-// when there are many of them: so removing n callbacks costs O(n log n).
-void Callbacks::remove_at_rest(const std::vector<Record*>& records) noexcept {
-  for (Record* record : records) record->remove_at_rest();
-  if (changes_.count_removed() <= records_.size()) return;
-  try {
-    publish();
-    dispatcher_.install_here();
-  } catch (...) {  // a user's scheduler threw: the next spin reports it
-  }
 }
 
 // The caller destroys the records after it has released the mutex: a user's callback is destroyed
@@ -189,12 +165,12 @@ void Callbacks::remove_at_rest(const std::vector<Record*>& records) noexcept {
 RemovedRecords Callbacks::take_unused() noexcept {
   dispatcher_.updates().free_used();
   RemovedRecords gone;
-  for (auto& record : removed_) {
+  for (auto& record : lists_.removed) {
     if (!record->may_be_freed()) continue;
-    if (record->entity != nullptr) dispatcher_.observation().remember(*record);
+    dispatcher_.observation().remember(*record);
     gone.push_back(std::move(record));
   }
-  std::erase(removed_, nullptr);
+  std::erase(lists_.removed, nullptr);
   return gone;
 }
 

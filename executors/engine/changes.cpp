@@ -2,59 +2,51 @@
 #include "takt/executors/engine/changes.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
 
 namespace takt::detail {
 
-void Changes::removed(CallbackRecord& record) {
-  changes_.removed.push_back(&record);
-  are_pending_ = true;
-}
-
-void Changes::changed(CallbackRecord& record, const CallbackSettings& settings) {
-  record.wanted = settings;
-  are_pending_ = true;
-  if (record.is_handed_over) {
-    changes_.changed.push_back({&record, settings});
-  } else {
-    record.settings = settings;
-  }
-}
-
-void Changes::publish(const CallbackRecords& records) {
+void Changes::publish(const CallbackRecords& records,
+                      const std::vector<ScheduleUpdate::Change>& changed) {
   std::unique_ptr<ScheduleUpdate> earlier = dispatcher_.updates().take_back();
   std::unique_ptr<ScheduleUpdate> update;
   try {
     update = make(records, earlier.get());
+    for (const auto& [record, before] : changed) {
+      if (record->is_handed_over) update->changed.push_back({record, record->wanted});
+    }
     configure(*update);
   } catch (...) {
     if (earlier != nullptr) send(std::move(earlier));
     throw;
   }
-  hand_over(std::move(update));
-}
-
-void Changes::publish_without_scheduler(const CallbackRecords& records) {
-  const std::unique_ptr<ScheduleUpdate> earlier = dispatcher_.updates().take_back();
-  std::unique_ptr<ScheduleUpdate> update = make(records, earlier.get());
-  if (earlier != nullptr) {
-    update->scheduler = std::move(earlier->scheduler);
-    update->parking = std::move(earlier->parking);
-    update->levels = std::move(earlier->levels);
-  }
-  hand_over(std::move(update));
-}
-
-void Changes::hand_over(std::unique_ptr<ScheduleUpdate> update) noexcept {
   for (CallbackRecord* record : update->added) {
     if (!std::exchange(record->is_handed_over, true)) record->state.retain();  // by the ready set
   }
-  changes_.removed.clear();
-  changes_.changed.clear();
   are_pending_ = false;
+  send(std::move(update));
+}
+
+void Changes::publish_removal(const std::vector<CallbackRecord*>& removed,
+                              const CallbackRecords& records) {
+  std::unique_ptr<ScheduleUpdate> update = dispatcher_.updates().take_back();
+  if (update == nullptr) update = std::make_unique<ScheduleUpdate>();
+  for (CallbackRecord* record : removed) {
+    update->removed.push_back(record);
+    Exclusion* const exclusion = record->exclusion.get();
+    if (std::none_of(update->parking.begin(), update->parking.end(),
+                     [&](const auto& parking) { return parking.exclusion == exclusion; })) {
+      update->parking.push_back({exclusion, {}});
+    }
+    std::erase(update->all, record);
+  }
+  // Of a group that has lost its most urgent callback, others may interrupt the rest.
+  if (update->levels.empty() && dispatcher_.ready().selection().interrupts()) {
+    for (const auto& [id, record] : records)
+      update->levels.emplace_back(record.get(), record->level.load());
+  }
   send(std::move(update));
 }
 
@@ -67,13 +59,12 @@ void Changes::send(std::unique_ptr<ScheduleUpdate> update) noexcept {
 std::unique_ptr<ScheduleUpdate> Changes::make(const CallbackRecords& records,
                                               const ScheduleUpdate* earlier) const {
   auto update = std::make_unique<ScheduleUpdate>();
+  update->only_removes = false;
   if (earlier != nullptr) {
     update->added = earlier->added;
     update->removed = earlier->removed;
     update->changed = earlier->changed;
   }
-  std::copy(changes_.removed.begin(), changes_.removed.end(), std::back_inserter(update->removed));
-  std::copy(changes_.changed.begin(), changes_.changed.end(), std::back_inserter(update->changed));
   std::unordered_set<Exclusion*> known;
   const auto park = [&](const CallbackRecord& record) {
     Exclusion* const exclusion = record.exclusion.get();

@@ -5,7 +5,7 @@
 
 #include <cstddef>
 #include <memory>
-#include <string>
+#include <vector>
 
 #include "takt/executors/engine/dispatcher.hpp"
 #include "takt/executors/engine/record.hpp"
@@ -23,29 +23,20 @@ class Changes {
   bool are_pending() const noexcept { return are_pending_; }
 
   void added() noexcept { are_pending_ = true; }
-  void removed(CallbackRecord& record);
-  std::size_t count_removed() const noexcept { return changes_.removed.size(); }
-  void changed(CallbackRecord& record, const CallbackSettings& settings);
-  std::size_t count_changed() const noexcept { return changes_.changed.size(); }
-  /// Undoes all later ones.
-  void keep_changed(std::size_t count) { changes_.changed.resize(count); }
-
-  /// Sends the update to the workers. Throws what a user's scheduler throws; then nothing has
-  /// changed.
-  void publish(const CallbackRecords& records);
-  /// As publish, with the scheduler that they have: it knows more callbacks than it needs.
-  void publish_without_scheduler(const CallbackRecords& records);
+  /// Sends the update to the workers, with what was added since the last one. `changed`: these get
+  /// the settings that are wanted. Throws what a user's scheduler throws; then nothing has changed.
+  void publish(const CallbackRecords& records, const std::vector<ScheduleUpdate::Change>& changed);
+  /// That these, which were handed over, are removed. `records`: all others.
+  void publish_removal(const std::vector<CallbackRecord*>& removed, const CallbackRecords& records);
 
  private:
   std::unique_ptr<ScheduleUpdate> make(const CallbackRecords& records,
                                        const ScheduleUpdate* earlier) const;
   void configure(ScheduleUpdate& update) const;
-  void hand_over(std::unique_ptr<ScheduleUpdate> update) noexcept;
   void send(std::unique_ptr<ScheduleUpdate> update) noexcept;
 
   Dispatcher& dispatcher_;
   const ExecutorOptions& options_;
-  ScheduleUpdate changes_;   // only `removed` and `changed`
   bool are_pending_ = true;  // the first update brings the scheduler
 };
 

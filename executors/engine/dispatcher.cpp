@@ -57,14 +57,9 @@ Dispatcher::Dispatcher(const ExecutorOptions& options, Readiness readiness,
 // looks for it afterwards.
 void Dispatcher::announce(CallbackRecord& record, const Arrival& arrival) noexcept {
   TAKT_PROBE(release, record.entity.get(), record.entity->name().c_str());
-  Worker* const worker = Worker::current();
-  const bool is_mine = worker != nullptr && worker->dispatcher == this;
-  if (is_mine && !lock().is_shared()) return ready_.announce_from_worker(record, arrival);
-  if (is_mine && waits_for_this_thread(record) && record.state.is_executing()) {
-    worker->runs_again = true;  // it looks for more when it settles
-  } else if (ready_.announce(record, arrival) && !waits_for_this_thread(record)) {
+  if (Worker::is_only_one_of(*this)) return ready_.announce_from_worker(record, arrival);
+  if (ready_.announce(record, arrival) && !waits_for_this_thread(record))
     workers_.notify_of(record);
-  }
 }
 
 // ---- How it is dispatched ----
@@ -217,11 +212,9 @@ void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes& ti
     if (rule_ != nullptr && rule_->uses_time())
       rule_->done(callback, label, times.end - times.start);
   }
-  const bool more = execution.slot.more || worker.runs_again;
-  worker.runs_again = false;
   if (ready_.selection().interrupts()) [[unlikely]]
     ready_.selection().end(worker.index);
-  ready_.finished(record, more);
+  ready_.finished(record, execution.slot.more);
 }
 
 // A pointer was taken, right after a brief callback on the only worker: when that has ended says as
@@ -265,7 +258,7 @@ void Dispatcher::rethrow() {
 }
 
 void Dispatcher::install_pending_update() noexcept {
-  ScheduleUpdate* const update = updates_.take();
+  ScheduleUpdate* const update = updates_.take_back().release();
   if (update == nullptr) return;
   ready_.install(*update);
   if (rule_step_) rule_step_->install(*update);
@@ -281,17 +274,10 @@ void Dispatcher::install_updates_here() noexcept {
 
 void Dispatcher::begin() noexcept {
   const std::lock_guard guard(lock());
-  install_update();
   ready_.timers().read_clock();
   has_just_run_ = false;
   // Between two spins no thread has waited for file descriptors.
   if (workers_.places().watch_file_descriptors()) workers_.places().look();
-}
-
-bool Dispatcher::has_time_left(TimePoint limit) noexcept {
-  if (limit == kNever) return true;
-  ready_.timers().read_clock();
-  return ready_.timers().now() < limit;
 }
 
 }  // namespace takt::detail

@@ -34,6 +34,7 @@ class Dispatcher {
   ReadySet& ready() noexcept { return ready_; }
   Updates& updates() noexcept { return updates_; }
   Workers& workers() noexcept { return workers_; }
+  const Workers& workers() const noexcept { return workers_; }
   Observation& observation() noexcept { return observation_; }
   const Rule* rule() const noexcept { return rule_; }
   /// The last callback has run: with logical execution time, what waits is sent.
@@ -47,11 +48,6 @@ class Dispatcher {
 
   /// The entity of the record has become ready.
   void announce(CallbackRecord& record, const Arrival& arrival) noexcept;
-  /// The calling thread is the only worker.
-  bool is_only_worker() const noexcept {
-    const Worker* const worker = Worker::current();
-    return worker != nullptr && worker->dispatcher == this && !workers_.lock().is_shared();
-  }
   /// Installs the updates of all executors whose callbacks this thread is in.
   static void install_updates_here() noexcept;
 
@@ -88,7 +84,6 @@ class Dispatcher {
   /// Runs what has begun, and whose input is taken. `outputs`: where its messages wait.
   void execute(Worker& worker, Execution& execution, StagedOutputs* outputs) noexcept
       TAKT_REQUIRES(workers_.lock());
-  bool has_time_left(TimePoint limit) noexcept TAKT_REQUIRES(workers_.lock());
   /// As Workers::wait.
   bool wait(Worker& worker, TimePoint limit, const FutureState* future = nullptr) noexcept
       TAKT_REQUIRES(workers_.lock()) {
@@ -128,6 +123,11 @@ class Dispatcher {
   std::exception_ptr exception_ TAKT_GUARDED_BY(workers_.lock());
   Workers workers_;
 };
+
+inline bool Worker::is_only_one_of(const Dispatcher& dispatcher) noexcept {
+  return current_ != nullptr && current_->dispatcher == &dispatcher &&
+         !dispatcher.workers().lock().is_shared();
+}
 
 }  // namespace takt::detail
 

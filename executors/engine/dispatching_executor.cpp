@@ -15,8 +15,8 @@
 #include "takt/base/logger.hpp"
 #include "takt/base/tracepoints.hpp"
 #include "takt/executors/chain_limits.hpp"
-#include "takt/executors/engine/spin_always.hpp"
-#include "takt/executors/engine/virtual_cpus.hpp"
+#include "takt/executors/spin_always.hpp"
+#include "takt/executors/virtual_cpus.hpp"
 #include "takt/sched/threads/memory_lock.hpp"
 #include "takt/sched/threads/realtime_thread.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
@@ -84,6 +84,12 @@ std::unique_ptr<WorkersPolicy> policy_for(const ExecutorOptions& options,
   return policy;
 }
 
+bool has_time_left(detail::TimerQueue& timers, TimePoint limit) noexcept {
+  if (limit == kNever) return true;
+  timers.read_clock();
+  return timers.now() < limit;
+}
+
 }  // namespace
 
 DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
@@ -92,10 +98,10 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
       freezes_(traits.frozen),
       rule_(rule_for(options_, traits)),
       policy_(policy_for(options_, traits)),
-      observation_(options_, rule_.get()),
+      observation_(options_, rule_.get(), lists_),
       dispatcher_(options_, traits.readiness, threads_for(options, traits), rule_.get(),
                   policy_.get(), observation_),
-      callbacks_(options_, dispatcher_),
+      callbacks_(options_, dispatcher_, lists_),
       running_(workers().all().size()) {
   const std::size_t threads = running_.size();
   if (policy_ != nullptr && threads > kMostWorkers) {
@@ -145,6 +151,10 @@ void DispatchingExecutor::release_timers(bool released) noexcept {
   dispatcher_.ready().timers().release_timers(released);
   observation_.release_timers(released);
   workers().wake();  // the worker that waits for the first one must look again
+}
+
+std::size_t DispatchingExecutor::pending() const noexcept {
+  return observation_.pending() + dispatcher_.held_back();
 }
 
 // The loop of a worker.
@@ -250,8 +260,8 @@ bool DispatchingExecutor::spin_here(Step&& step) {
 void DispatchingExecutor::spin_once(Nanoseconds timeout) {
   const TimePoint limit = end_of(timeout, options_.clock->now());
   spin_here([&](Worker& worker) TAKT_REQUIRES(dispatcher_.lock()) {
-    return !dispatcher_.run_next(worker, {}) && dispatcher_.has_time_left(limit) &&
-           dispatcher_.wait(worker, limit);
+    return !dispatcher_.run_next(worker, {}) &&
+           has_time_left(dispatcher_.ready().timers(), limit) && dispatcher_.wait(worker, limit);
   });
 }
 
@@ -280,7 +290,8 @@ void DispatchingExecutor::spin_some(Nanoseconds max_duration,
       const bool is_wait_set = dispatcher_.ready().is_wait_set();
       limits = {.last_sequence = is_wait_set ? UINT64_MAX : next_sequence(), .may_poll = false};
     }
-    return dispatcher_.run_next(worker, *limits) && dispatcher_.has_time_left(limit) &&
+    return dispatcher_.run_next(worker, *limits) &&
+           has_time_left(dispatcher_.ready().timers(), limit) &&
            (is_cancelled == nullptr || !is_cancelled->load());
   });
 }
@@ -288,7 +299,7 @@ void DispatchingExecutor::spin_some(Nanoseconds max_duration,
 void DispatchingExecutor::spin_all(Nanoseconds max_duration) {
   const TimePoint limit = limit_of(max_duration);
   spin_here([&](Worker& worker) TAKT_REQUIRES(dispatcher_.lock()) {
-    return dispatcher_.run_next(worker, {}) && dispatcher_.has_time_left(limit);
+    return dispatcher_.run_next(worker, {}) && has_time_left(dispatcher_.ready().timers(), limit);
   });
 }
 
@@ -299,7 +310,7 @@ FutureReturnCode DispatchingExecutor::spin_until_complete(FutureState& future,
   const bool was_cancelled = spin_here([&](Worker& worker) TAKT_REQUIRES(dispatcher_.lock()) {
     if (future.ready()) return false;
     const bool has_run = dispatcher_.run_next(worker, {});
-    return dispatcher_.has_time_left(limit) &&
+    return has_time_left(dispatcher_.ready().timers(), limit) &&
            (has_run || dispatcher_.wait(worker, limit, &future));
   });
   if (future.ready()) return FutureReturnCode::SUCCESS;

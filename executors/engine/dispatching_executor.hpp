@@ -49,16 +49,18 @@ class DispatchingExecutor final : public Executor {
   void cancel() noexcept override { workers().stop(); }
   bool is_spinning() const noexcept override { return has_workers_.load(); }
   void release_timers(bool released) noexcept override;
-  std::size_t pending() const noexcept override { return callbacks_.pending(); }
-  std::vector<CallbackStatistics> statistics() const override { return callbacks_.statistics(); }
+  std::size_t pending() const noexcept override;
+  std::vector<CallbackStatistics> statistics() const override { return observation_.statistics(); }
   std::vector<ThreadStatistics> thread_statistics() const override {
-    return callbacks_.thread_statistics();
+    return observation_.thread_statistics(workers());
   }
   std::size_t thread_count() const override { return running_.size(); }
   std::vector<int> running_threads() const override;
-  void begin_trace(std::size_t events) override { callbacks_.begin_trace(events); }
-  void end_trace() noexcept override { callbacks_.end_trace(); }
-  std::vector<ThreadStatistics> traces() const override { return callbacks_.traces(running_); }
+  void begin_trace(std::size_t events) override { observation_.begin_trace(workers(), events); }
+  void end_trace() noexcept override { observation_.end_trace(workers()); }
+  std::vector<ThreadStatistics> traces() const override {
+    return observation_.traces(workers(), running_);
+  }
 
   // For executors that are made of others (isolated) and run them on one thread.
 
@@ -66,29 +68,15 @@ class DispatchingExecutor final : public Executor {
   bool run_one();
   /// As spin_some; `is_cancelled` (nullptr: none) ends it, too.
   void spin_some(Nanoseconds max_duration, const std::atomic<bool>* is_cancelled);
-  /// As remove_callback_group, for all of these groups that belong to this executor.
-  void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups, Node& node) noexcept {
-    callbacks_.release_groups(std::move(groups), node);
-  }
-  /// Nothing of the node belongs to it, and nothing will: it does not even make a pointer to it any
-  /// more, which might be the last one for a moment.
-  void forget(Node& node) noexcept { callbacks_.forget(node); }
-  /// Whether it has callbacks, or the node or one of its groups belongs to it. Callbacks may live
-  /// longer than their node: then `node` is nullptr.
-  bool is_used_by(const Node* node) const { return callbacks_.is_used_by(node); }
-  /// Discards a cancel that arrived after the end of spin.
-  void forget_cancel() noexcept { workers().take_stop(); }
-  /// When the first timer is due. Call it only while no thread spins; other threads may remove
-  /// timers meanwhile.
-  TimePoint next_release() const noexcept { return callbacks_.next_release(); }
   /// A descriptor for another wait back end, ready when a file descriptor of this executor is; -1
   /// if it has none. Call it only on the thread of the last spin, after that spin.
   int wait_fd() noexcept {
     detail::Places& places = workers().places();
     return places.watch_file_descriptors() ? places.backend_of(0).fd() : -1;
   }
-  /// The observer is woken when a callback becomes ready and no worker sleeps.
-  void set_observer(Wakeable* observer) noexcept { workers().set_observer(observer); }
+  detail::Callbacks& callbacks() noexcept { return callbacks_; }
+  detail::Workers& workers() noexcept { return dispatcher_.workers(); }
+  const detail::Workers& workers() const noexcept { return dispatcher_.workers(); }
 
  protected:
   FutureReturnCode spin_until_complete(FutureState& future, Nanoseconds timeout) override;
@@ -96,7 +84,6 @@ class DispatchingExecutor final : public Executor {
  private:
   class Spin;
 
-  detail::Workers& workers() noexcept { return dispatcher_.workers(); }
   TimePoint limit_of(Nanoseconds max_duration) const;
   void work(detail::Worker& worker);
   template <class Step>
@@ -106,6 +93,7 @@ class DispatchingExecutor final : public Executor {
   const bool freezes_;
   const std::unique_ptr<Rule> rule_;
   const std::unique_ptr<WorkersPolicy> policy_;
+  detail::CallbackLists lists_;
   detail::Observation observation_;
   detail::Dispatcher dispatcher_;
   detail::Callbacks callbacks_;

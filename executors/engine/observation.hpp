@@ -6,25 +6,26 @@
 #include <atomic>
 #include <cstdint>
 #include <map>
-#include <memory>
-#include <string>
+#include <optional>
 #include <vector>
 
-#include "takt/executors/engine/dispatch_lock.hpp"
-#include "takt/executors/engine/past_statistics.hpp"
 #include "takt/executors/engine/record.hpp"
 #include "takt/executors/engine/workers.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/executors/past_statistics.hpp"
+#include "takt/executors/watchdog.hpp"
 
 namespace takt::detail {
 
 /// Thread safety: as the sections say.
 /// Real-time: the first section allocates nothing.
-class Observation {
+class Observation final : private Watchdog::Watched {
  public:
-  /// `rule`: nullptr if there is none.
-  Observation(const ExecutorOptions& options, const Rule* rule)
-      : options_(options), rule_(rule), is_traced_(options.trace_events != 0) {}
+  /// `rule`: nullptr if there is none. The lists outlive this.
+  Observation(const ExecutorOptions& options, const Rule* rule, const CallbackLists& lists);
+  ~Observation();
+  Observation(const Observation&) = delete;
+  Observation& operator=(const Observation&) = delete;
 
   // ---- Workers ----
 
@@ -32,46 +33,49 @@ class Observation {
   bool records_times() const noexcept { return options_.statistics == StatisticsLevel::full; }
   /// What waits for the rule to open may wait for ever, or does not.
   void set_closed(bool closed) noexcept { is_closed_.store(closed); }
+  /// Of each worker since the last spin(); none before. For the threads of the spin.
+  std::vector<ThreadStatistics>& threads() noexcept { return threads_; }
 
-  // ---- Control threads, serialised by the mutex of the callbacks ----
+  // ---- Any thread ----
 
   void release_timers(bool released) noexcept {
     timers_held_.store(released ? TimePoint{} : options_.clock->now());
   }
-  /// How many are ready or running, and messages that wait for the end of a period.
-  std::size_t pending(const CallbackRecords& records) const noexcept;
+  /// How many are ready or running.
+  std::size_t pending() const noexcept;
   /// Also of those that were removed.
-  std::vector<CallbackStatistics> statistics(const CallbackRecords& records,
-                                             const RemovedRecords& removed) const;
+  std::vector<CallbackStatistics> statistics() const;
+  // As Executor. Traces have what spin_some and the like ran, too.
+  std::vector<ThreadStatistics> thread_statistics(const Workers& workers) const;
+  void begin_trace(Workers& workers, std::size_t events);
+  void end_trace(Workers& workers) noexcept;
+  /// `threads`: the kernel's numbers, by worker; 0: it does not run.
+  std::vector<ThreadStatistics> traces(const Workers& workers,
+                                       const std::vector<std::atomic<int>>& threads) const;
+
+  // ---- With the mutex of the lists ----
+
   /// It was removed.
-  void remember(const CallbackRecord& record);
+  void remember(const CallbackRecord& record) TAKT_REQUIRES(lists_.mutex);
   /// Nothing is remembered any more.
-  void end() noexcept { has_ended_ = true; }
-  /// Of each worker since the last spin(); none before.
-  std::vector<ThreadStatistics>& threads() noexcept { return threads_; }
-  /// While no thread spins: the same, with traces, also where spin_some or the like ran the
-  /// callbacks.
-  std::vector<ThreadStatistics> thread_statistics(const CallbackRecords& records,
-                                                  const Workers& workers) const;
-  /// As Executor.
-  void begin_trace(const CallbackRecords& records, Workers& workers, std::size_t events);
-  /// Of each worker, without its thread.
-  std::vector<ThreadStatistics> traces(const CallbackRecords& records,
-                                       const Workers& workers) const;
+  void end() noexcept TAKT_REQUIRES(lists_.mutex) { has_ended_ = true; }
 
  private:
+  std::optional<TimePoint> report_miss(TimePoint now) noexcept override;
   bool is_pending(const CallbackRecord& record) const noexcept;
   CallbackStatistics statistics_of(const CallbackRecord& record) const;
+  void add_trace(const Worker& worker, ThreadStatistics& to) const TAKT_REQUIRES(lists_.mutex);
 
   const ExecutorOptions& options_;
   const Rule* const rule_;
+  const CallbackLists& lists_;
   std::atomic<bool> is_closed_{false};    // by the rule, perhaps for ever
   std::atomic<TimePoint> timers_held_{};  // since when; {}: they are not
   std::vector<ThreadStatistics> threads_;
-  PastStatistics past_;                  // of removed callbacks
-  bool is_traced_;                       // or was
-  std::map<CallbackId, Traced> traced_;  // of these, too
-  bool has_ended_ = false;
+  PastStatistics past_ TAKT_GUARDED_BY(lists_.mutex);                  // of removed callbacks
+  bool is_traced_ TAKT_GUARDED_BY(lists_.mutex);                       // or was
+  std::map<CallbackId, Traced> traced_ TAKT_GUARDED_BY(lists_.mutex);  // of these, too
+  bool has_ended_ TAKT_GUARDED_BY(lists_.mutex) = false;
 };
 
 }  // namespace takt::detail

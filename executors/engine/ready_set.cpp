@@ -85,15 +85,15 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
       if (!record.state.is_removed()) stays(record);
     }
   };
-  if (update.scheduler != nullptr) scheduler_.swap(update.scheduler);
+  if (!update.only_removes) scheduler_.swap(update.scheduler);
   for_each_remaining(first, [this](CallbackRecord& record) { hand_back(&record); });
   for (auto& [exclusion, scheduler, parked] : update.parking) {
-    if (scheduler != nullptr) scheduler = exclusion->set_parking(std::move(scheduler));
+    if (!update.only_removes) scheduler = exclusion->set_parking(std::move(scheduler));
     for_each_remaining(parked, [to = exclusion](CallbackRecord& record) { to->park(record); });
     unpark(exclusion->unpark());  // the one handed back before may have been removed
   }
   exchange_next_snapshot(update);
-  timers_.exchange(update.timers);
+  timers_.exchange(update.timers, update.removed);
 
   if (update.reads_clock && !exact_time()) {
     exact_time_.store(true, std::memory_order_relaxed);
@@ -119,14 +119,29 @@ void ReadySet::end_removed(CallbackRecord& record) noexcept {
   record.leave();
 }
 
-// Keeps what remains, in the memory that the update has brought.
+void ReadySet::discard_removed() noexcept {
+  for (CallbackRecord* record = inbox_.take_all(); record != nullptr;) {
+    CallbackRecord* const next = record->inbox_next;
+    if (!record->state.is_removed()) {
+      inbox_.push(*record);
+    } else {
+      record->state.discard();
+      record->leave();  // the last access to it
+    }
+    record = next;
+  }
+}
+
+// Keeps what remains, in the memory that the update has brought, if that is more.
 void ReadySet::exchange_next_snapshot(ScheduleUpdate& update) noexcept {
-  next_snapshot_.swap(update.next_snapshot);
-  const std::span before(update.next_snapshot.data(), std::exchange(in_next_snapshot_, 0));
+  const std::span before(next_snapshot_.data(), std::exchange(in_next_snapshot_, 0));
   for (ReadyCallback* callback : before) {
     if (!static_cast<CallbackRecord*>(callback)->state.is_removed())
       add_to_next_snapshot(*callback);
   }
+  if (update.next_snapshot.size() <= next_snapshot_.size()) return;
+  std::copy_n(next_snapshot_.begin(), in_next_snapshot_, update.next_snapshot.begin());
+  next_snapshot_.swap(update.next_snapshot);
 }
 
 void ReadySet::push_checked(CallbackRecord& record) noexcept {

@@ -48,7 +48,6 @@ class ReadySet {
         timers_(clock) {}
 
   TimerQueue& timers() noexcept { return timers_; }
-  const TimerQueue& timers() const noexcept { return timers_; }
 
   /// Whether the clock is read at every dispatch. An update may turn it on.
   bool exact_time() const noexcept { return exact_time_.load(std::memory_order_relaxed); }
@@ -72,6 +71,8 @@ class ReadySet {
 
   /// Installs the update and leaves in it what it replaces.
   void install(ScheduleUpdate& update) noexcept;
+  /// Takes removed records out of the inbox. Nobody announces them any more.
+  void discard_removed() noexcept;
 
   /// What `next` may do.
   struct Limits {
@@ -107,7 +108,7 @@ class ReadySet {
   /// After execute, if the time is exact. `as_picked`: as the record was when it was picked.
   void report_execution(const CallbackRecord& record, const ReadyCallback& as_picked,
                         Nanoseconds execution_time) noexcept {
-    // A scheduler installed with the removal does not know the callback.
+    // A scheduler that was installed since does not know the callback.
     if (!record.state.is_removed()) scheduler_->done(as_picked, execution_time);
   }
   /// After that. `more`: as take has reported. The caller's last access to a removed record.

@@ -52,7 +52,7 @@ void CallbackRecord::announce(const Arrival& arrival) noexcept {
 }
 
 bool CallbackRecord::takes_here() const noexcept {
-  return dispatcher.is_only_worker();
+  return Worker::is_only_one_of(dispatcher);
 }
 
 void CallbackRecord::release_changed() noexcept {
@@ -64,7 +64,7 @@ bool CallbackRecord::wants_time() const noexcept {
 }
 
 void CallbackRecord::remove() noexcept {
-  callbacks.remove_dropped(*this);
+  callbacks.remove({this}, entity->drop_wait());
 }
 
 void CallbackRecord::expect_remove() noexcept {
@@ -87,37 +87,23 @@ void CallbackRecord::wait_for_removal() noexcept {
 
 // ---- The end of its life ----
 
-void CallbackRecord::notify_over() noexcept {
-  state.notify_over();
-  WaitInCallback::notify_progress();
-}
-
 void CallbackRecord::leave() noexcept {
   if (!state.is_over()) return;
-  notify_over();
+  WaitInCallback::notify_progress();
   if (state.has_left()) state.release();
 }
 
-void CallbackRecord::remove_at_rest() noexcept {
+void CallbackRecord::remove_unpublished() noexcept {
   state.remove(is_announced);
-  notify_over();
+  WaitInCallback::notify_progress();
 }
 
 // A callback that removes itself does not wait: the removal is complete when it returns. Of
 // callbacks that remove each other, one must not wait. A thread that waits inside a callback may be
 // the only one that can install an update for which another thread waits: one of its own executor,
 // or of the executor of an outer callback.
-void CallbackRecord::wait_until_over() const noexcept {
-  if (Worker::current() == nullptr && Running::innermost() == nullptr) {
-    return state.wait_until_over();
-  }
-  const WaitInCallback wait(this, [](const void* record, const CallbackInfo* callback) {
-    return static_cast<const CallbackRecord*>(record)->is_described_by(callback);
-  });
-  wait.until([&] { return state.is_over() || (wait.is_for_itself() && state.is_removed()); });
-}
-
 bool CallbackRecord::wait_until_over(Nanoseconds at_most) const noexcept {
+  if (state.is_over()) return true;
   const WaitInCallback wait(this, [](const void* record, const CallbackInfo* callback) {
     return static_cast<const CallbackRecord*>(record)->is_described_by(callback);
   });
@@ -138,13 +124,6 @@ bool CallbackRecord::may_be_freed() noexcept {
   if (!state.is_unused()) return false;
   forget_earlier_owner();
   return true;
-}
-
-std::shared_ptr<Entity> CallbackRecord::release_entity() noexcept {
-  if (entity == nullptr) return nullptr;
-  const std::lock_guard ownership(ownership_mutex());
-  forget_earlier_owner();
-  return std::move(entity);
 }
 
 // ---- What it says ----

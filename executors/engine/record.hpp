@@ -14,6 +14,8 @@
 #include <vector>
 
 #include "takt/base/clock.hpp"
+#include "takt/base/pi_mutex.hpp"
+#include "takt/base/thread_safety.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/executors/engine/observed.hpp"
 #include "takt/executors/engine/record_state.hpp"
@@ -37,14 +39,13 @@ static_assert(sizeof(DispatchState) == 64);
 struct CallbackRecord final : DispatchState, Observed, Sink {
   CallbackRecord(Callbacks& owner, Dispatcher& by, std::shared_ptr<Entity> of, const Node& node,
                  const CallbackParameters& parameters);
-  ~CallbackRecord() { release_entity(); }
 
   Dispatcher& dispatcher;
   Callbacks& callbacks;
   std::shared_ptr<Exclusion> exclusion;  // shared by the group
   CallbackInfo demoted_info;             // as settings.info, but less urgent than all others
   bool takes_briefly = false;            // as its entity says
-  // Guarded by the mutex of the callbacks.
+  // Guarded by the mutex of the lists.
   CallbackSettings wanted;      // from the next update on
   bool is_handed_over = false;  // to the ready set, by an update
   bool is_watched = false;      // its file descriptor
@@ -82,29 +83,22 @@ struct CallbackRecord final : DispatchState, Observed, Sink {
 
   // The end of its life.
 
-  /// It is removed, and no execution is left: its removers go on.
-  [[gnu::cold, gnu::noinline]] void notify_over() noexcept;
   /// It has lost one of what keeps it in the ready set, if it is removed: the lists that an update
   /// replaces, an execution, or the inbox. The caller's last access then.
   void leave() noexcept;
-  /// It was never handed over, or no thread spins: so no execution is left.
-  void remove_at_rest() noexcept;
-  /// Waits until it is removed, and no execution is left; but see the source.
-  void wait_until_over() const noexcept;
-  /// False: it has not come to that in this time.
-  bool wait_until_over(Nanoseconds at_most) const noexcept;
+  /// It was never handed over: nothing of the ready set has it.
+  void remove_unpublished() noexcept;
+  /// Waits until it is removed, and no execution is left; but see the source. False: it has not
+  /// come to that in this time.
+  bool wait_until_over(Nanoseconds at_most = Nanoseconds::max()) const noexcept;
   /// The first thread detaches the entity, the others wait for that.
   void detach() noexcept;
   /// True: no thread uses the record, and none begins to wait for it any more.
   bool may_be_freed() noexcept;
-  /// As the destructor does.
-  std::shared_ptr<Entity> release_entity() noexcept;
   /// The entity is free. With ownership_mutex held.
   void own_entity() noexcept;
   /// With ownership_mutex held.
-  void forget_earlier_owner() noexcept {
-    if (entity != nullptr) entity->forget_earlier_owner(*this);
-  }
+  void forget_earlier_owner() noexcept { entity->forget_earlier_owner(*this); }
 
   CallbackId key() const noexcept { return wanted.info.id; }  // as id(), for control threads
   bool is_described_by(const CallbackInfo* of) const noexcept {
@@ -115,6 +109,14 @@ struct CallbackRecord final : DispatchState, Observed, Sink {
 
 using CallbackRecords = std::map<CallbackId, std::unique_ptr<CallbackRecord>>;  // as registered
 using RemovedRecords = std::vector<std::unique_ptr<CallbackRecord>>;
+
+/// Those that an executor has, and those that it had until nothing refers to them.
+struct CallbackLists {
+  mutable RankedMutex<LockRank::callback_lists> mutex;  // guards all below
+  CallbackRecords records TAKT_GUARDED_BY(mutex);
+  RemovedRecords removed TAKT_GUARDED_BY(mutex);
+  bool is_spinning TAKT_GUARDED_BY(mutex) = false;
+};
 
 /// What a worker knows of a callback from when it has picked it until it has run.
 struct Execution {

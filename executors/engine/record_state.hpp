@@ -120,10 +120,6 @@ class RecordState {
 
   // ---- Threads that wait for its end ----
 
-  void notify_over() noexcept { word_.notify_all(); }
-  void wait_until_over() const noexcept {
-    for (std::uint32_t word = word_.load(); !is_over(); word = word_.load()) word_.wait(word);
-  }
   /// True: the caller detaches its entity, and then calls the next function.
   bool begin_to_detach() noexcept { return (word_.fetch_or(kDetaching) & kDetaching) == 0; }
   void set_detached() noexcept {

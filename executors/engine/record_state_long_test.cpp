@@ -147,7 +147,8 @@ class Life {
       update_.store(1);
       signal();
     }
-    record_.wait_until_over();
+    for (int seen = signals_.load(); !record_.is_over(); seen = signals_.load())
+      signals_.wait(seen);
     expect(running_ == 0, "an execution was left");
     if (record_.begin_to_detach()) {
       expect(++detached_ == 1, "two threads detached it");
@@ -184,7 +185,7 @@ class Life {
   void schedule() { expect(std::exchange(scheduled_, 1) == 0, "it was scheduled twice"); }
   void leave() {
     if (!record_.is_over()) return;
-    record_.notify_over();
+    signal();
     if (!record_.has_left()) return;
     release_by_ready_set();
     signal();

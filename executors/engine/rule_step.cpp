@@ -15,7 +15,7 @@ RuleStep::RuleStep(Rule& rule, Dispatcher& dispatcher)
 
 void RuleStep::install(ScheduleUpdate& update) noexcept {
   inputs_.install(update);
-  executions_.swap(update.executions);
+  if (!update.only_removes) executions_.swap(update.executions);
 }
 
 void RuleStep::end(ThreadStatistics& statistics) noexcept {
@@ -35,8 +35,12 @@ std::span<const TriggerInput> RuleInputs::all() const noexcept {
 }
 
 void RuleInputs::install(ScheduleUpdate& update) noexcept {
-  callbacks_.swap(update.all);
-  inputs_.swap(update.rule_inputs);
+  if (!update.only_removes) {
+    callbacks_.swap(update.all);
+    inputs_.swap(update.rule_inputs);
+  } else {
+    for (CallbackRecord* record : update.removed) std::erase(callbacks_, record);
+  }
 }
 
 bool RuleStep::run_next(Worker& worker, const ReadySet::Limits& limits) noexcept

@@ -19,7 +19,8 @@ namespace takt::detail {
 
 /// Everything that depends on the set of callbacks. A control thread builds it, with all the memory
 /// that will be needed. The executor installs it at a dispatch point, and leaves in it what it
-/// replaces, which a control thread frees.
+/// replaces, which a control thread frees. One that only removes brings no memory and no scheduler:
+/// those that there are know more callbacks than they need.
 struct ScheduleUpdate {
   struct Parking {
     Exclusion* exclusion;
@@ -30,7 +31,8 @@ struct ScheduleUpdate {
     CallbackRecord* record;
     CallbackSettings settings;
   };
-  std::unique_ptr<Scheduler> scheduler;  // nullptr, here and for groups: keep the present one
+  bool only_removes = true;
+  std::unique_ptr<Scheduler> scheduler;
   std::vector<Parking> parking;
   std::vector<std::pair<TimePoint, CallbackRecord*>> timers;  // reserved for all timers
   std::vector<ReadyCallback*> next_snapshot;                  // room for all
@@ -76,7 +78,6 @@ class Updates {
     }
   }
 
-  ScheduleUpdate* take() noexcept { return pending_.exchange(nullptr); }
   void give_back(ScheduleUpdate& used) noexcept {
     used_.push(used);
     WaitInCallback::notify_progress();

@@ -65,8 +65,8 @@ class TimerQueue {
   void release_timers(bool released) noexcept { are_held_.store(!released); }
   bool timers_are_held() const noexcept { return are_held_.load(); }
 
-  /// Keeps the timers that were not removed, in this memory, and leaves there the memory so far.
-  void exchange(Entries& memory) noexcept;
+  /// Keeps the timers that were not removed; in this memory, if it is more than there was.
+  void exchange(Entries& memory, const std::vector<CallbackRecord*>& removed) noexcept;
 
  private:
   Clock& clock_;

@@ -27,7 +27,6 @@ struct alignas(64) Worker {
   Dispatcher* dispatcher = nullptr;
   TraceRing trace = TraceRing();
   bool may_search = false;         // no thread of the pool is more urgent
-  bool runs_again = false;         // in a pool: the callback that it is in has announced itself
   TimePoint waits_until = kNever;  // a release; guarded by the lock
   Nanoseconds spin_time{0};        // since spin began
   std::uint64_t allocations = 0;   // of the thread, up to the end of its last callback
@@ -35,6 +34,8 @@ struct alignas(64) Worker {
 
   /// nullptr: the calling thread is none. A thread of a pool is one until it has ended.
   static Worker* current() noexcept { return current_; }
+  /// The calling thread is a worker of this executor, which has no other.
+  static bool is_only_one_of(const Dispatcher& dispatcher) noexcept;
   /// Since it was asked last.
   std::uint64_t take_allocations() noexcept {
     const std::uint64_t all = allocations_of_this_thread();

@@ -7,8 +7,8 @@
 #include "takt/base/available_cpus.hpp"
 #include "takt/base/time.hpp"
 #include "takt/containers/configuration/configuration_reader.hpp"
-#include "takt/executors/engine/spin_always.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/executors/spin_always.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
 #include "takt/sched/scheduler_library.hpp"
 

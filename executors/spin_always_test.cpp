@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/executors/engine/spin_always.hpp"
+#include "takt/executors/spin_always.hpp"
 
 #include <vector>
 

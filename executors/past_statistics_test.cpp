@@ -1,6 +1,6 @@
 // Tests of the statistics of callbacks and threads that have gone.
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/executors/engine/past_statistics.hpp"
+#include "takt/executors/past_statistics.hpp"
 
 #include <string>
 

@@ -1,7 +1,7 @@
 // What `spin` and `early_wake` may be; and what `spin: always` needs: CPUs of its own.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef TAKT_EXECUTORS_ENGINE_SPIN_ALWAYS_HPP_
-#define TAKT_EXECUTORS_ENGINE_SPIN_ALWAYS_HPP_
+#ifndef TAKT_EXECUTORS_SPIN_ALWAYS_HPP_
+#define TAKT_EXECUTORS_SPIN_ALWAYS_HPP_
 
 #include <cstddef>
 #include <span>
@@ -29,4 +29,4 @@ void check_spin_always(std::span<const ThreadAttributes> spinning,
 
 }  // namespace takt
 
-#endif  // TAKT_EXECUTORS_ENGINE_SPIN_ALWAYS_HPP_
+#endif  // TAKT_EXECUTORS_SPIN_ALWAYS_HPP_

@@ -1,7 +1,7 @@
 // Threads on the virtual CPUs of a manual clock.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef TAKT_EXECUTORS_ENGINE_VIRTUAL_CPUS_HPP_
-#define TAKT_EXECUTORS_ENGINE_VIRTUAL_CPUS_HPP_
+#ifndef TAKT_EXECUTORS_VIRTUAL_CPUS_HPP_
+#define TAKT_EXECUTORS_VIRTUAL_CPUS_HPP_
 
 #include <algorithm>
 #include <cstddef>
@@ -30,4 +30,4 @@ inline std::size_t threads_of_pool(Clock& clock) {
 
 }  // namespace takt
 
-#endif  // TAKT_EXECUTORS_ENGINE_VIRTUAL_CPUS_HPP_
+#endif  // TAKT_EXECUTORS_VIRTUAL_CPUS_HPP_

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/executors/engine/past_statistics.hpp"
+#include "takt/executors/past_statistics.hpp"
 
 #include <algorithm>
 #include <iterator>

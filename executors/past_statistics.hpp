@@ -1,7 +1,7 @@
 // Statistics of callbacks and threads that an executor no longer has.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef TAKT_EXECUTORS_ENGINE_PAST_STATISTICS_HPP_
-#define TAKT_EXECUTORS_ENGINE_PAST_STATISTICS_HPP_
+#ifndef TAKT_EXECUTORS_PAST_STATISTICS_HPP_
+#define TAKT_EXECUTORS_PAST_STATISTICS_HPP_
 
 #include <cstddef>
 #include <cstdint>
@@ -39,6 +39,8 @@ class FilledBuckets {
 /// with the components that come and go. Thread safety: none. Real-time: no.
 class PastStatistics {
  public:
+  // Limit: removed callbacks with a row of their own. At it: the first that was removed joins the
+  // row of all others. Seen: that row, "(other removed callbacks)".
   static constexpr std::size_t kMost = 100;
   static constexpr const char* kOthers = "(other removed callbacks)";
 
@@ -76,4 +78,4 @@ class PastThreads {
 }  // namespace detail
 }  // namespace takt
 
-#endif  // TAKT_EXECUTORS_ENGINE_PAST_STATISTICS_HPP_
+#endif  // TAKT_EXECUTORS_PAST_STATISTICS_HPP_
