@@ -316,36 +316,84 @@ def draw_jitter(page, jitter):
                  row["cpu_percent"]] for row in rows])
 
 
-def draw_timeline(page, timeline):
-    """Callbacks on their threads, over a short span from the middle of the trace."""
-    events = timeline["traceEvents"]
+def slices_of(events):
+    """Executions, and what ran on CPUs."""
+    slices = [event for event in events if event["ph"] == "X"]
+    return [event for event in slices if event["cat"] != "sched"], [event for event in slices if event["cat"] == "sched"]
+
+
+def without(span, others):
+    """The parts of a span that no other one covers."""
+    begin, end = span
+    for other_begin, other_end in sorted(others):
+        if other_end <= begin or other_begin >= end:
+            continue
+        if other_begin > begin:
+            yield begin, other_begin
+        begin = other_end
+    if begin < end:
+        yield begin, end
+
+
+def schedule_figure(page, events, begin, end, caption):
+    """Callbacks on their threads, and threads on their CPUs, from `begin` to `end` in µs. While a callback is preempted it is hatched."""
+    def shown(slices):
+        return [event for event in slices if event["ts"] < end and event["ts"] + event["dur"] > begin]
+
+    def span_of(event):
+        return event["ts"] - begin, event["ts"] + event["dur"] - begin
+
+    def bar(axes, row, spans, **style):  # wide enough to be seen
+        axes.broken_barh([(first / 1e3, max(last - first, (end - begin) / 2000) / 1e3) for first, last in spans], (row - 0.35, 0.7), **style)
+
+    executions, runs = map(shown, slices_of(events))
     names = {(event["pid"], event["tid"]): event["args"]["name"] for event in events
-             if event["ph"] == "M" and "is_prompt" in event["args"]}
-    slices = [event for event in events if event["ph"] == "X" and event["cat"] != "sched"]
-    if not slices:
+             if event["ph"] == "M" and event["name"] == "thread_name"}
+    threads = sorted({(event["pid"], event["tid"]) for event in executions})
+    cpus = sorted({(event["pid"], event["tid"]) for event in runs})
+    callbacks = sorted({event["name"] for event in executions})
+    figure, axes = plt.subplots(figsize=(7.2, 1.8 + 0.4 * (len(threads) + len(cpus))))
+    for event in executions:
+        row, index = threads.index((event["pid"], event["tid"])), callbacks.index(event["name"])
+        bar(axes, row, [span_of(event)], facecolors=COLOURS[index % 8])
+        if not cpus:
+            continue
+        on_cpus = [span_of(run) for run in runs if run["args"]["tid"] == event["tid"]]
+        waits = list(without(span_of(event), on_cpus))
+        bar(axes, row, waits, facecolors="#ffffff", edgecolors=COLOURS[index % 8], hatch="////", linewidth=0.5)
+    for run in runs:
+        row = len(threads) + cpus.index((run["pid"], run["tid"]))
+        first, last = (min(max(time, 0), end - begin) for time in span_of(run))
+        bar(axes, row, [(first, last)], facecolors="#bbbbbb", edgecolors="#ffffff", linewidth=0.5)
+        if last - first > (end - begin) / 12:
+            axes.text((first + last) / 2e3, row, run["name"], ha="center", va="center", fontsize=7, clip_on=True)
+    axes.set_yticks(range(len(threads) + len(cpus)), [names.get(row, str(row)) for row in threads + cpus])
+    axes.set_ylim(len(threads) + len(cpus) - 0.5, -0.5)
+    axes.set_xlim(0, (end - begin) / 1e3)
+    axes.set_xlabel("time (ms)")
+    for index, name in enumerate(callbacks[:12]):
+        axes.plot([], [], color=COLOURS[index % 8], linewidth=6, label=name)
+    axes.legend(fontsize=7, ncol=3, loc="upper center", bbox_to_anchor=(0.5, -0.25))
+    page.figure(figure, f"{caption}; n = {len(executions)} executions.")
+
+
+def draw_timeline(page, timeline):
+    """A short span from the middle of the trace."""
+    executions, _ = slices_of(timeline["traceEvents"])
+    if not executions:
         return
     page.heading("timeline: callbacks on their threads")
-    times = sorted(event["ts"] for event in slices)
+    times = sorted(event["ts"] for event in executions)
     begin = times[len(times) // 2]
-    end = begin + 40_000
-    shown = [event for event in slices if begin <= event["ts"] < end]
-    threads = sorted({(event["pid"], event["tid"]) for event in shown})
-    callbacks = sorted({event["name"] for event in shown})
-    figure, axes = plt.subplots(figsize=(7.2, 1.8 + 0.4 * len(threads)))
-    for index, name in enumerate(callbacks):
-        first = True
-        for row, thread in enumerate(threads):
-            spans = [((event["ts"] - begin) / 1e3, max(event["dur"], 20) / 1e3) for event in shown
-                     if event["name"] == name and (event["pid"], event["tid"]) == thread]
-            if spans:
-                axes.broken_barh(spans, (row - 0.35, 0.7), facecolors=COLOURS[index % 8],
-                                 label=name if first and index < 12 else None)
-                first = False
-    axes.set_yticks(range(len(threads)), [names.get(thread, str(thread)) for thread in threads])
-    axes.set_xlabel("time (ms)")
-    axes.set_ylabel("thread")
-    axes.legend(fontsize=7, ncol=3, loc="upper center", bbox_to_anchor=(0.5, -0.25))
-    page.figure(figure, f"Executions in 40 ms, from takt run --trace; n = {len(shown)} callbacks.")
+    schedule_figure(page, timeline["traceEvents"], begin, begin + 40_000, "Executions in 40 ms, from takt run --trace")
+
+
+def draw_worst_schedule(page, worst):
+    """How the instance came about that was closest to its deadline, or later, of all simulated ones."""
+    begin, end = worst["release_us"], worst["end_us"]
+    schedule_figure(page, worst["traceEvents"], begin, end,
+                    f"{worst['chain']}, the instance that took longest of all simulated ones, {(end - begin) / 1e3:.3f} ms from its "
+                    f"release to the end of its last callback, in the scenario {worst['scenario']}: hatched where a callback waits for a CPU")
 
 
 def draw_analysis(page, analysis):
@@ -397,6 +445,8 @@ def draw_analysis(page, analysis):
                 for chain in chains])
     if (analysis["simulated"] or {}).get("why_not") is not None:
         page.note(f"Not simulated: {analysis['simulated']['why_not']}.")
+    if "worst_schedule" in analysis:
+        draw_worst_schedule(page, analysis["worst_schedule"])
     for chain in chains:
         if (chain["simulated_us"] or {}).get("witness") is not None:
             page.note(f"{chain['name']} is late in: {chain['simulated_us']['witness']}")

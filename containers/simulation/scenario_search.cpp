@@ -41,8 +41,21 @@ void ScenarioSearch::add(const SimulatedRun& run, Nanoseconds time_to_begin) {
     // Equal ones, too: from another place there may be a way up.
     if (is_first || latency >= worst_[i].latency)
       places_[i] = {run.scenario, phases, run.moments[i]};
-    if (is_first || latency > worst_[i].latency) worst_[i] = {chain.name, latency, run.scenario};
+    if (is_first || latency > worst_[i].latency)
+      worst_[i] = {chain.name, chain.deadline, latency, run.scenario};
   }
+}
+
+std::optional<std::size_t> ScenarioSearch::closest_to_deadline() const {
+  const auto part = [](const Worst& of) {
+    return static_cast<double>(of.latency.count()) /
+           static_cast<double>(std::max(of.deadline, Nanoseconds(1)).count());
+  };
+  const auto found =
+      std::max_element(worst_.begin(), worst_.end(),
+                       [&](const Worst& a, const Worst& b) { return part(a) < part(b); });
+  if (found == worst_.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - worst_.begin());
 }
 
 // Each callback, just after all others and just before them.

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,11 +37,15 @@ class ScenarioSearch {
 
   struct Worst {
     std::string chain;
-    Nanoseconds latency{0};  // 0: it had no instances
+    Nanoseconds deadline{0};  // 0: none
+    Nanoseconds latency{0};   // 0: it had no instances
     Scenario scenario;
   };
   /// By chain, as in results.
   const std::vector<Worst>& worst() const noexcept { return worst_; }
+  /// In worst(): the chain that came closest to its deadline, or was later than others without;
+  /// nullopt: there are no chains.
+  std::optional<std::size_t> closest_to_deadline() const;
 
  private:
   /// From where the climbing goes on.

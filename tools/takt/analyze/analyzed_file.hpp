@@ -30,6 +30,7 @@ struct SimulatedChains {
   std::string why_not;   // they cannot be; empty: they were
   std::vector<std::string> notes;
   std::vector<Chain> chains;
+  nlohmann::json worst_schedule;  // for a report; null: none was asked for
 
   /// nullptr: nothing is known of it.
   const Chain* find(std::string_view name) const;
@@ -76,6 +77,7 @@ struct AnalyzeOptions {
   bool measures_overheads = false;
   bool is_for_here = true;           // otherwise nothing is read of this machine
   std::uint64_t simulated_runs = 0;  // to look for deadlines that are missed; 0: none
+  bool draws_schedule = false;       // of the worst of them
 };
 
 /// Throws Error for a bad file.

@@ -6,7 +6,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "takt/containers/simulation/first_releases.hpp"
 #include "takt/containers/simulation/scenario_search.hpp"
+#include "takt/measuring/output.hpp"
 
 #include "analyze/analyzed_file.hpp"
 #include "exit_status.hpp"
@@ -15,6 +17,8 @@
 
 namespace takt::tools {
 namespace {
+
+using nlohmann::json;
 
 /// The same system, as options of `takt simulate` say it.
 SimulatedFile simulated_file(const SystemDescription& system, const AnalyzeOptions& options) {
@@ -42,6 +46,37 @@ std::string why_machines_differ(const SystemDescription& system, const AnalyzeOp
       static_cast<double>(here.count()) / 1e6);
 }
 
+/// The longest instance of the chain that came closest to its deadline, as report.py draws it.
+json worst_schedule(const SystemDescription& system, const SimulationOptions& how,
+                    const ScenarioSearch& search) {
+  const auto chain = search.closest_to_deadline();
+  if (!chain) return {};
+  const ScenarioSearch::Worst& worst = search.worst()[*chain];
+  const TracedScenario traced = tools::traced(system, how, worst.scenario, system.file);
+  const std::vector<Nanoseconds>& moments = traced.run.moments.at(*chain);
+  const auto [release, end] = std::minmax_element(moments.begin(), moments.end());
+  if (release == end) return {};  // it had no instances
+  json all = trace_json(traced.trace);
+  const std::int64_t trace_begin_ns = traced.trace.about.at("begin_ns");
+  const auto in_trace = [&](Nanoseconds moment) {
+    return rt::us(later(kSimulationBegin, Nanoseconds(1) + moment).time_since_epoch() -
+                  Nanoseconds(trace_begin_ns));
+  };
+  json result{{"chain", worst.chain},
+              {"scenario", to_string(worst.scenario)},
+              {"release_us", in_trace(*release)},
+              {"end_us", in_trace(*end)},
+              {"traceEvents", json::array()}};
+  for (json& event : all["traceEvents"]) {
+    const bool is_name = event["ph"] == "M";
+    if (!is_name && (event["ph"] != "X" || event["ts"] > result["end_us"] ||
+                     event["ts"].get<double>() + event["dur"].get<double>() < result["release_us"]))
+      continue;
+    result["traceEvents"].push_back(std::move(event));
+  }
+  return result;
+}
+
 }  // namespace
 
 const SimulatedChains::Chain* SimulatedChains::find(std::string_view name) const {
@@ -63,7 +98,8 @@ SimulatedChains simulate_chains(const SystemDescription& system, const AnalyzeOp
   const StaysOnOneCpu here;
   ScenarioSearch search(1);
   try {
-    const Simulation simulation(system, options_of(system, file));
+    const SimulationOptions how = options_of(system, file);
+    const Simulation simulation(system, how);
     result.notes = simulation.notes();
     // So that the command does the same on another machine.
     const std::vector<int>& cpus = simulation.system().machine.cpus;
@@ -77,6 +113,7 @@ SimulatedChains simulate_chains(const SystemDescription& system, const AnalyzeOp
         throw Error(fmt::format("{}", fmt::join(simulated.result.failures, "; ")));
       search.add(simulated, simulation.time_to_begin());
     }
+    if (options.draws_schedule) result.worst_schedule = worst_schedule(system, how, search);
   } catch (const Error& refused) {
     result.why_not = refused.what();
     return result;

@@ -89,6 +89,7 @@ void run(Options options) {
   note_variables(options.how.overrides.executor, options.placement,
                  options.how.overrides.scheduler);
   if (!options.report.empty()) check_report(options.report);
+  options.how.draws_schedule = !options.report.empty();
   if (!program_words().empty()) {
     if (!options.how.as.empty())
       throw Error("--as is for containers, not for a program", "leave one of them out");
@@ -118,6 +119,8 @@ void run(Options options) {
   if (!options.report.empty()) {
     json page = rt::result_document({});
     page["analyses"] = json::array({document});
+    if (file.simulated && !file.simulated->worst_schedule.is_null())
+      page["analyses"][0]["worst_schedule"] = file.simulated->worst_schedule;
     const bool has_nodes = program_words().empty();  // a program's are not known here
     write_report(page, options.report,
                  has_nodes ? std::vector{options.file} : std::vector<std::string>());

@@ -60,7 +60,8 @@ constexpr std::uint64_t kMostInJson = 10'000;
 struct Results {
   rt::Run sum;
   std::vector<ScenarioSearch::Worst> worst;  // by chain
-  Scenario first;
+  Scenario
+      closest;  // in which a chain came closest to its deadline; the first one if there are none
   json runs = json::array();
   std::uint64_t count = 0;
   int signal = 0;  // came before all that were asked for
@@ -115,46 +116,6 @@ void print_worst(const Results& all, const Known& known) {
   table.print("the longest latencies: of the model's run, of these runs, and of any (in µs)");
 }
 
-/// The run in which a chain came closest to its deadline; the first one if there are no chains.
-Scenario worst_scenario(const Results& all) {
-  Scenario result = all.first;
-  double worst = -1;
-  for (std::size_t i = 0; i < all.sum.chains.size(); ++i) {
-    const auto limit = std::max<Nanoseconds>(all.sum.chains[i].deadline, Nanoseconds(1));
-    const double part =
-        static_cast<double>(all.worst[i].latency.count()) / static_cast<double>(limit.count());
-    if (part > worst) std::tie(worst, result) = std::pair(part, all.worst[i].scenario);
-  }
-  return result;
-}
-
-/// A new simulation, as the threads of this one recorded nothing; it does the same.
-void write_worst_trace(const Simulation& simulation, const Scenario& scenario,
-                       const Options& options) {
-  SimulatedRun simulated = simulation.run(scenario);
-  TraceFrame frame;
-  frame.end = kNever;
-  for (const SimulatedRun::Change& change : simulated.changes) {
-    auto& event = frame.scheduling.events.emplace_back();
-    event.time = change.time;
-    event.cpu = change.cpu;
-    event.thread = static_cast<std::uint32_t>(change.before);
-    event.next_thread = static_cast<std::uint32_t>(change.after);
-    event.was_preempted = change.was_preempted;
-  }
-  for (const ProcessResult::Thread& thread : simulated.result.threads) {
-    const ThreadState& state = thread.statistics.in_force;
-    frame.scheduling.names[static_cast<std::uint32_t>(state.tid)] = state.name;
-  }
-  rt::Run run = rt::run_of(std::move(simulated.result));
-  run.file = options.file;
-  if (!run.trace) run.trace.emplace();
-  Trace trace = make_trace(
-      run, false, [](const rt::Run::Traced&) { return false; }, frame);
-  trace.about["machine"] = "simulated";
-  write_trace(trace, options.trace);
-}
-
 json document_of(const Results& all, const Simulation& simulation, const Known& known,
                  const Options& options) {
   json result{{"takt", {{"version", TAKT_VERSION}}},
@@ -196,13 +157,14 @@ Results simulate(const Simulation& simulation, const Options& options) {
       all.runs.back()["scenario"] = to_string(simulated.scenario);
     }
     if (i == 0) {
-      all.first = simulated.scenario;
+      all.closest = simulated.scenario;
       all.sum = std::move(run);
     } else {
       merge(all.sum, run);
     }
   }
   all.worst = search.worst();
+  if (const auto chain = search.closest_to_deadline()) all.closest = all.worst[*chain].scenario;
   return all;
 }
 
@@ -236,10 +198,8 @@ void run(const Options& options) {
     print_worst(all, known);
   }
   if (!options.json.empty()) write_json(document_of(all, simulation, known, options), options.json);
-  if (!options.trace.empty()) {
-    how.overrides.trace_events = kMostTraceEvents;
-    write_worst_trace(Simulation(system, how), worst_scenario(all), options);
-  }
+  if (!options.trace.empty())
+    write_trace(traced(system, how, all.closest, options.file).trace, options.trace);
   if (all.signal != 0) throw_interrupted(all, options);
   if (std::any_of(all.sum.chains.begin(), all.sum.chains.end(),
                   [](const rt::Run::Chain& chain) { return chain.statistics.misses != 0; })) {

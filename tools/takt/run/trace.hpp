@@ -97,6 +97,9 @@ Trace make_trace(const rt::Run& run, bool has_several_processes,
                  const std::function<bool(const rt::Run::Traced&)>& is_held,
                  const TraceFrame& frame);
 
+/// In Chrome's Trace Event Format, as write_trace writes it.
+nlohmann::json trace_json(const Trace& trace);
+
 /// Writes it in Chrome's Trace Event Format, for the viewers of Perfetto (ui.perfetto.dev) and
 /// Chrome (chrome://tracing): a slice for each execution on its thread, below it the time in the
 /// ready queue, an arrow from each step of a chain to the next, a mark where messages were

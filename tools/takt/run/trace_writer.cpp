@@ -253,8 +253,12 @@ class TraceWriter {
 
 }  // namespace
 
+json trace_json(const Trace& trace) {
+  return TraceWriter(trace).document();
+}
+
 void write_trace(const Trace& trace, const std::string& path) {
-  write_output(path, std::string(kTaktsJson) + rt::json_text(TraceWriter(trace).document()) + "\n");
+  write_output(path, std::string(kTaktsJson) + rt::json_text(trace_json(trace)) + "\n");
 }
 
 }  // namespace takt::tools

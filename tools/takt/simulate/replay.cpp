@@ -5,6 +5,7 @@
 #include <charconv>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -12,6 +13,7 @@
 #include "takt/base/error.hpp"
 #include "takt/containers/configuration/system_reader.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/measuring/run.hpp"
 
 #include "catalogue/catalogue.hpp"
 #include "shell_word.hpp"
@@ -100,6 +102,33 @@ std::string replay_command(const SimulatedFile& file, const Scenario& scenario) 
   add("--duration", file.duration, usual.duration);
   add("--replay", to_string(scenario), "");
   return command;
+}
+
+TracedScenario traced(const SystemDescription& system, SimulationOptions options,
+                      const Scenario& scenario, const std::string& file) {
+  options.overrides.trace_events = kMostTraceEvents;
+  TracedScenario result{.run = Simulation(system, options).run(scenario), .trace = {}};
+  TraceFrame frame;
+  frame.end = kNever;
+  for (const SimulatedRun::Change& change : result.run.changes) {
+    auto& event = frame.scheduling.events.emplace_back();
+    event.time = change.time;
+    event.cpu = change.cpu;
+    event.thread = static_cast<std::uint32_t>(change.before);
+    event.next_thread = static_cast<std::uint32_t>(change.after);
+    event.was_preempted = change.was_preempted;
+  }
+  for (const ProcessResult::Thread& thread : result.run.result.threads) {
+    const ThreadState& state = thread.statistics.in_force;
+    frame.scheduling.names[static_cast<std::uint32_t>(state.tid)] = state.name;
+  }
+  rt::Run run = rt::run_of(std::move(result.run.result));
+  run.file = file;
+  if (!run.trace) run.trace.emplace();
+  result.trace = make_trace(
+      run, false, [](const rt::Run::Traced&) { return false; }, frame);
+  result.trace.about["machine"] = "simulated";
+  return result;
 }
 
 StaysOnOneCpu::StaysOnOneCpu() {

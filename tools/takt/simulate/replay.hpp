@@ -11,6 +11,8 @@
 
 #include "takt/containers/simulation/simulation.hpp"
 
+#include "run/trace.hpp"
+
 namespace takt::tools {
 
 struct SimulatedFile {
@@ -26,6 +28,15 @@ SystemDescription system_of(const SimulatedFile& file);
 SimulationOptions options_of(const SystemDescription& system, const SimulatedFile& file);
 /// The command that runs a scenario of it again.
 std::string replay_command(const SimulatedFile& file, const Scenario& scenario);
+
+/// A scenario with its trace, which has a row for each CPU.
+struct TracedScenario {
+  SimulatedRun run;  // without its result
+  Trace trace;
+};
+/// Runs it again: threads of a simulation without a trace record nothing, and do the same.
+TracedScenario traced(const SystemDescription& system, SimulationOptions options,
+                      const Scenario& scenario, const std::string& file);
 
 /// One thread of a simulation runs at a time: it hands over to the next one faster on the same CPU.
 /// While it lives, the calling thread and those that it makes stay on one.

@@ -51,13 +51,14 @@ container:
 YAML
 "$takt" run "$work/robot.yaml" --duration 500ms --trace "$work/trace.json" >/dev/null
 "$takt" model "$work/trace.json" -o "$work/robot.model.yaml" >/dev/null
-"$takt" analyze "$work/robot.yaml" --model "$work/robot.model.yaml" --report "$work/bounds.html" >/dev/null || true
+"$takt" analyze "$work/robot.yaml" --model "$work/robot.model.yaml" --simulate 4 --report "$work/bounds.html" >/dev/null || true
 "$browser" --headless --no-sandbox --disable-gpu --user-data-dir="$work/profile" --dump-dom \
   "file://$work/bounds.html" >"$work/dom.html" 2>/dev/null
 if command -v dot >/dev/null; then  # the nodes of the analysis are not part of the graph
   expect "the graph of an analysis has one edge" test "$(count 'class="edge"')" -eq 1
 fi
-for text in 'bound: never later' 'observed, p99.9' 'deadline' '>sense<' 'Assumption 1'; do
+for text in 'bound: never later' 'observed, p99.9' 'deadline' '>sense<' 'Assumption 1' 'sense, the instance that took longest of all simulated ones' \
+  'hatched where a callback waits' '>CPU 0<' '>/planner/imu<'; do
   expect "the page of bounds has: $text" grep -q "$text" "$work/dom.html"
 done
 
