@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -41,8 +42,9 @@ class CpuModel {
     std::vector<Cpu> cpus;
     /// From one thread to another. Twice of it pays a thread that was preempted: there and back.
     Nanoseconds change{0};
-    /// A thread that has slept goes on so much later.
+    /// A thread that has slept goes on so much later; or, each time, as this says instead.
     Nanoseconds wake{0};
+    std::function<Nanoseconds()> drawn_wake = {};
     /// Of each second of a CPU, for SCHED_FIFO and SCHED_RR; nullopt: all.
     std::optional<Nanoseconds> realtime = {};
   };
@@ -112,8 +114,14 @@ class CpuModel {
   bool happen(Thread& thread, TimePoint now);
   std::size_t cpus() const noexcept { return states_.size(); }
   /// From here on changes and wake-ups take no time.
-  void end_overheads() noexcept { options_.change = options_.wake = Nanoseconds::zero(); }
-  Nanoseconds wake_overhead() const noexcept { return options_.wake; }
+  void end_overheads() noexcept {
+    options_.change = options_.wake = Nanoseconds::zero();
+    options_.drawn_wake = nullptr;
+  }
+  /// Of the thread that wakes up next.
+  Nanoseconds wake_overhead() const {
+    return options_.drawn_wake ? options_.drawn_wake() : options_.wake;
+  }
 
   /// When something happens to a CPU, of itself.
   TimePoint next_event() const;

@@ -7,7 +7,8 @@ usage: results.py measure [PART...]  measures into docs/results/DATE, 40 minutes
                                      threads [PIECE...]: into docs/results/threads, 7 minutes;
                                      robot: into docs/results/robot, 2 minutes;
                                      footprint: into docs/results/footprint, 3 minutes, as root;
-                                     literature: into docs/results/literature, 5 minutes)
+                                     literature: into docs/results/literature, 5 minutes;
+                                     reality: into docs/results/reality, 7 to 20 minutes, as root)
        results.py write              makes docs/results/DATE.md, bounds.md, threads.md and the README's figures from
                                      that data; its picture, too, where that shows other data
        results.py check              exit status 1 if they are not what the data gives
@@ -29,6 +30,7 @@ import bounds
 import footprint
 import literature
 import paper
+import reality
 import robot
 import threads
 
@@ -131,6 +133,14 @@ def measure_literature():
     (folder / "literature.json").write_text(rows_on_lines(document) + "\n", encoding="utf-8")
 
 
+def measure_reality():
+    document = {"date": str(datetime.date.today()), "commit": git("rev-parse", "HEAD"), "machine": about_now()["machine"],
+                **reality.measure(ROOT / "build/release/bin/takt", ROOT)}
+    folder = ROOT / "docs/results/reality"
+    folder.mkdir(exist_ok=True)
+    (folder / "reality.json").write_text(rows_on_lines(document) + "\n", encoding="utf-8")
+
+
 def about_now():
     run_file = str(ROOT / "build/release/threads.json")
     subprocess.run([ROOT / "build/release/bin/takt", "run", ROOT / "examples/03_robot/robot.yaml", "--duration", "100ms",
@@ -166,10 +176,12 @@ def measure(wanted):
         return measure_footprint()
     if wanted == ["literature"]:
         return measure_literature()
+    if wanted == ["reality"]:
+        return measure_reality()
     if wanted[:1] == ["threads"]:
         return measure_threads(wanted[1:])
     if not set(wanted) <= set(parts):
-        sys.exit(f"a part is one of: {' '.join(parts)}, or bounds, robot, footprint, literature or threads alone")
+        sys.exit(f"a part is one of: {' '.join(parts)}, or bounds, robot, footprint, literature, reality or threads alone")
     if wanted:
         date, data = newest(ROOT)
         about = data["about"]
@@ -358,6 +370,14 @@ def literature_page(document, is_older):
         literature.section(document, table)]) + "\n"
 
 
+def reality_page(document, is_older):
+    return "\n\n".join([
+        first_line(document["commit"], is_older), "# Simulations beside runs", reality.what_follows(document),
+        f"Measured on {document['date']} on {machine_of(document['machine'])}, a virtual machine that shares its host. Made by "
+        "`./dev results reality` from [the data](reality/reality.json).",
+        reality.section(document, table)]) + "\n"
+
+
 def footprint_page(document, is_older):
     return "\n\n".join([
         first_line(document["commit"], is_older), "# Memory of processes and nodes, and what an idle process costs",
@@ -418,7 +438,7 @@ def pages(root):
     date, data = newest(root)
     yield root / f"docs/results/{date}.md", data["about"]["commit"], functools.partial(page, date, data)
     for name, page_of in (("bounds", bounds_page), ("threads", threads_page), ("footprint", footprint_page),
-                          ("literature", literature_page)):
+                          ("literature", literature_page), ("reality", reality_page)):
         path = root / f"docs/results/{name}/{name}.json"
         if path.exists():
             document = json.loads(path.read_text(encoding="utf-8"))

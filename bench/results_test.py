@@ -51,6 +51,35 @@ def analyses():
              "chains": [chain("front", 10_000, 4_000), chain("rear", 10_000, 6_000), chain("other", None, 7_000)]}]
 
 
+def reality():
+    """One system: of two chains one is off, and of four spans one has another order than simulated."""
+    def row(p50, p90):
+        return {"p50": p50, "p90": p90, "p99": 9000}
+    return [{"name": "robot, events", "file": "robot.yaml", "late_us": [900, 300, 400], "windows": 4, "equal": 3, "second_windows": 5, "second_equal": 4,
+             "chains": [{"name": "near", "run": row(1000, 2000), "simulated": row(1090, 2250)},
+                        {"name": "far", "run": row(100, 200), "simulated": row(151, 300)}]}]
+
+
+def execution(start, end, ready, callback):
+    return (start, end, ready, callback, "timer")
+
+
+def check_order():
+    """Three spans of two executors: the second one has another order on `slow`."""
+    rows = {"/a/x": "fast", "/b/y": "slow", "/b/z": "slow"}
+    begin = results.reality.BEGIN_US
+    one = [execution(begin + 1, begin + 5, begin, "/a/x"), execution(begin + 2, begin + 9, begin, "/b/y"),
+           execution(begin + 101, begin + 105, begin + 100, "/b/y"), execution(begin + 106, begin + 109, begin + 100, "/b/z"),
+           execution(begin + 201, begin + 205, begin + 200, "/a/x")]
+    other = [execution(begin + 1, begin + 8, begin, "/b/y"), execution(begin + 3, begin + 6, begin, "/a/x"),
+             execution(begin + 101, begin + 105, begin + 100, "/b/z"), execution(begin + 106, begin + 109, begin + 100, "/b/y"),
+             execution(begin + 201, begin + 205, begin + 200, "/a/x")]
+    check("the order of starts is compared by executor and span", results.reality.share_of_equal(one, other, rows) == (3, 2),
+          results.reality.windows_of((one, other), rows))
+    check("releases of a run are a scenario", results.reality.scenario_of(one) ==
+          f"1,drawn,/a/x={round(1000 * begin)}ns,/b/y={round(1000 * begin)}ns,/b/z={round(1000 * (begin + 100))}ns")
+
+
 def literature():
     """One experiment, whose claim holds here and is open simulated; and one about zero."""
     claim = {"text": "It is less.", "metric": "chain_p99_ms", "less": "picas", "more": "multi", "simulated": False, "ratio": 0.5,
@@ -154,6 +183,9 @@ with tempfile.TemporaryDirectory() as folder:
     (root / "docs/results/bounds/bounds.json").write_text(results.rows_on_lines(
         {"date": "2026-01-03", "commit": commit, "machine": MACHINE, "analyses": analyses()}), encoding="utf-8")
     (root / "docs/results/threads").mkdir()
+    (root / "docs/results/reality").mkdir()
+    (root / "docs/results/reality/reality.json").write_text(json.dumps(
+        {"date": "2026-01-06", "commit": commit, "machine": MACHINE, "systems": reality()}), encoding="utf-8")
     (root / "docs/results/literature").mkdir()
     (root / "docs/results/literature/literature.json").write_text(json.dumps(
         {"date": "2026-01-05", "commit": commit, "machine": MACHINE, "experiments": literature()}), encoding="utf-8")
@@ -190,6 +222,12 @@ with tempfile.TemporaryDirectory() as folder:
                  "| `mt_fair` | None starves. | starved: `mt_fair`, 4 example | always 0, holds | - |",
                  "**`picas`**, PiCAS (2021). The times are ours."):
         check(f"the page of papers has: {text}", text in page_of_literature, page_of_literature)
+    page_of_reality = (root / "docs/results/reality.md").read_text(encoding="utf-8")
+    for text in ("Measured on 2026-01-06 on 2 × Some CPU", "Of 2 chains, the simulated median is within its aim of the run's for 1, p90 for 2. In 0 of 1",
+                 "| robot, events | 3, 0.3 | 4 | 75.0 % | 80.0 % | 1 of 2 |", "| robot, events | near | 1.000, 1.090 | 2.000, 2.250 | 9.000, 9.000 |",
+                 "| robot, events | far | 0.100, 0.151 **off** | 0.200, 0.300 | 9.000, 9.000 |"):
+        check(f"the page of runs and simulations has: {text}", text in page_of_reality, page_of_reality)
+    check_order()
     page_of_threads = (root / "docs/results/threads.md").read_text(encoding="utf-8")
     for text in ("Measured on 2026-01-04 on 2 × Some CPU", "Load average 0.5 before, 1.2 after. Eight callbacks",
                  "| `events` | chain | 10 | 2 | 1.94 (1.90 – 1.97) |", "| `events` | 30,000 | 25,463 (25,254 – 25,616) |",

@@ -69,7 +69,8 @@ container:
 
 /// Of a run in which it did what the file says.
 MeasuredModel run_of_the_timer() {
-  MeasuredModel measured{.duration = 10s, .dispatch_overhead = 1us, .wake_overhead = 1us};
+  MeasuredModel measured{
+      .duration = 10s, .dispatch_overhead = {.longest = 1us}, .wake_overhead = {.longest = 1us}};
   measured.callbacks.push_back({.name = "/y/y_timer",
                                 .executions = 100,
                                 .longest_execution = 1ms,

@@ -236,7 +236,7 @@ TEST(Guarantee, OverheadsThatNobodySaysAreAssumptionsEach) {
   const auto change = ContainsRegex("no time.*a change from thread to thread");
   const auto dispatch = ContainsRegex("no time.*an executor's way");
   const auto wake = ContainsRegex("no longer than stated or measured: waking a thread");
-  const MeasuredModel measured{.wake_overhead = 20us, .lost_executions = 7};
+  const MeasuredModel measured{.wake_overhead = {.longest = 20us}, .lost_executions = 7};
   EXPECT_THAT(assumptions_of(with_two_threads(""), &measured),
               AllOf(Contains(change), Contains(dispatch), Contains(wake),
                     Contains(HasSubstr("the 7 executions that the trace"))));

@@ -141,8 +141,31 @@ class ModelReader : private SystemReader {
   Read into_overheads(MeasuredModel& model) {
     return [this, &model](const Value& value) {
       read_map(value, "overheads",
-               {{"dispatch", "", into_time(model.dispatch_overhead)},
-                {"wake", "", into_time(model.wake_overhead)}});
+               {{"dispatch", "", into_overhead(model.dispatch_overhead)},
+                {"wake", "", into_overhead(model.wake_overhead)}});
+    };
+  }
+
+  /// Its percentiles, or p99.9 alone.
+  Read into_overhead(MeasuredTimes& times) {
+    return [this, &times](const Value& value) {
+      if (!std::holds_alternative<document::Map>(value.content))
+        return into_time(times.longest)(value);
+      const std::size_t errors = errors_.size();
+      read_map(value, "a measured overhead",
+               {{"min", "", into_time(times.least)},
+                {"p10", "", into_time(times.p10)},
+                {"p50", "", into_time(times.median)},
+                {"p90", "", into_time(times.p90)},
+                {"p99", "", into_time(times.p99)},
+                {"p99.9", "", into_time(times.longest), /*is_required=*/true}});
+      if (errors_.size() == errors)
+        complain(value, contradiction({{"min", times.least},
+                                       {"p10", times.p10},
+                                       {"p50", times.median},
+                                       {"p90", times.p90},
+                                       {"p99", times.p99},
+                                       {"p99.9", times.longest}}));
     };
   }
 

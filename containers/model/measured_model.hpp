@@ -15,6 +15,16 @@
 
 namespace TAKT_PUBLIC takt {
 
+/// Times of one kind in a run. Zero: not known.
+struct MeasuredTimes {
+  Nanoseconds least{0}, p10{0}, median{0}, p90{0}, p99{0}, longest{0};
+
+  /// Whether it tells how they are distributed, and not only the longest.
+  bool are_distributed() const noexcept {
+    return median != Nanoseconds::zero() && p99 != Nanoseconds::zero();
+  }
+};
+
 /// One callback in a run. Execution times are processor time, not wall-clock time.
 struct MeasuredCallback {
   /// How many distances there are at most: δ⁻(2) to δ⁻(64).
@@ -71,9 +81,9 @@ struct MeasuredModel {
   Nanoseconds duration{0};  // of the shortest run
   /// Added to the longest execution times where they are used: 0.2 is a fifth.
   double margin = 0.2;
-  /// Estimates from the trace: between two callbacks of a busy thread, and to wake an idle one.
-  /// Zero: the trace does not tell.
-  Nanoseconds dispatch_overhead{0}, wake_overhead{0};
+  /// Estimates from the trace: between two callbacks of a busy thread, and to wake an idle one;
+  /// the longest is p99.9. Zero: the trace does not tell.
+  MeasuredTimes dispatch_overhead, wake_overhead;
   /// Executions that the trace has lost, because its memory was full. Nothing is concluded from
   /// arrivals before and after them.
   std::uint64_t lost_executions = 0;

@@ -22,7 +22,7 @@ file: robot.yaml
 machine: 2 × AMD EPYC, Linux 6.18
 duration: 10s
 margin: 0.5
-overheads: {dispatch: 1500ns, wake: 40us}
+overheads: {dispatch: 1500ns, wake: {min: 9us, p50: 10us, p99: 20us, p99.9: 40us}}
 lost_executions: 7
 callbacks:
   /lidar/tick:
@@ -64,8 +64,12 @@ TEST(MeasuredModel, IsRead) {
   EXPECT_EQ(model.machine, "2 × AMD EPYC, Linux 6.18");
   EXPECT_EQ(model.duration, 10s);
   EXPECT_EQ(model.margin, 0.5);
-  EXPECT_EQ(model.dispatch_overhead, 1500ns);
-  EXPECT_EQ(model.wake_overhead, 40us);
+  EXPECT_EQ(model.dispatch_overhead.longest, 1500ns);
+  EXPECT_FALSE(model.dispatch_overhead.are_distributed());
+  EXPECT_EQ(model.wake_overhead.least, 9us);
+  EXPECT_EQ(model.wake_overhead.median, 10us);
+  EXPECT_EQ(model.wake_overhead.p99, 20us);
+  EXPECT_EQ(model.wake_overhead.longest, 40us);
   EXPECT_EQ(model.lost_executions, 7u);
   ASSERT_EQ(model.callbacks.size(), 2u);
   const MeasuredCallback& tick = model.callbacks[0];

@@ -51,8 +51,8 @@ analysis::Overheads overheads_of(const MachineDescription& machine, const Measur
                                 .context_switch = machine.change.count()};
   if (overheads.wake != 0) overheads.wake += overheads.context_switch;
   if (measured == nullptr) return overheads;
-  if (overheads.dispatch == 0) overheads.dispatch = measured->dispatch_overhead.count();
-  if (overheads.wake == 0) overheads.wake = measured->wake_overhead.count();
+  if (overheads.dispatch == 0) overheads.dispatch = measured->dispatch_overhead.longest.count();
+  if (overheads.wake == 0) overheads.wake = measured->wake_overhead.longest.count();
   return overheads;
 }
 
@@ -65,6 +65,20 @@ void ModelBuilder::set_overheads() {
   overheads.context_switch = static_cast<analysis::Time>(
       std::ceil(static_cast<double>(overheads.context_switch) / slowest));
 }
+
+namespace {
+
+MeasuredTimes scaled(const MeasuredCallback& seen, double scale) {
+  const auto times = [&](Nanoseconds time) {
+    return std::chrono::round<Nanoseconds>(std::chrono::duration<double, std::nano>(time) * scale);
+  };
+  return {.least = times(seen.least_execution),
+          .median = times(seen.median_execution),
+          .p99 = times(seen.p99_execution),
+          .longest = times(seen.longest_execution)};
+}
+
+}  // namespace
 
 void ModelBuilder::add_callbacks() {
   for (const ModelledProcess& process : processes_) {
@@ -80,7 +94,10 @@ void ModelBuilder::add_callbacks() {
       if (const auto* end = dynamic_cast<const SubscriptionBase*>(callback.entity.get())) {
         facts.depth = end->qos().depth;
       }
-      if (const MeasuredCallback* const seen = measured(index)) facts.dropped = seen->dropped;
+      if (const MeasuredCallback* const seen = measured(index)) {
+        facts.dropped = seen->dropped;
+        facts.seen = scaled(*seen, execution_scale(description_, *callback.node, described.name));
+      }
       if (facts.depth != 0) described.depth = static_cast<analysis::Count>(facts.depth);
       if (facts.dropped != 0) described.depth = 0;
       const CallbackParameters parameters = callback.parameters();

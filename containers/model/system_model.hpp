@@ -88,6 +88,8 @@ struct SystemModel {
     Provenance execution = Provenance::unknown;
     Nanoseconds waits{0};  // of the execution, in which it needs no CPU
     std::uint64_t measured_executions = 0;
+    /// CPU times of the measured run, of which no bound is made; longest 0: there are none.
+    MeasuredTimes seen;
     std::size_t depth = 0;      // of a subscription's queue; 0: none
     Nanoseconds period{0};      // of a timer
     std::uint64_t dropped = 0;  // in the measured run: messages, or releases of a timer

@@ -115,12 +115,13 @@ TEST(SystemModel, AMeasuredExecutionCountsWithItsMargin) {
 }
 
 TEST(SystemModel, MeasuredOverheadsCountUnlessTheFileSaysThem) {
-  MeasuredModel measured{.dispatch_overhead = 10us, .wake_overhead = 100us};
+  MeasuredModel measured{.dispatch_overhead = {.longest = 10us},
+                         .wake_overhead = {.longest = 100us}};
   const auto with_model = bound_of(trap("type: single_threaded"), &measured).bound;
   const std::string machine = "machine: {overheads: {dispatch: 10us, wake: 100us}}";
   EXPECT_EQ(with_model, bound_of(trap("type: single_threaded", machine)).bound);
   EXPECT_GT(with_model, 22ms);
-  measured.wake_overhead = 5ms;
+  measured.wake_overhead.longest = 5ms;
   EXPECT_EQ(with_model, bound_of(trap("type: single_threaded", machine), &measured).bound);
 }
 

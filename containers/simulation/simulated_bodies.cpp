@@ -70,8 +70,10 @@ StandInPublisher& SimulatedBodies::publisher_for(const Entity& subscription) {
 
 // ---- Before it runs ----
 
-void SimulatedBodies::set_up(const ModelledProcess& process, const SystemModel& model) {
+void SimulatedBodies::set_up(const ModelledProcess& process, const SystemModel& model,
+                             const MeasuredTimes& dispatch) {
   dispatch_ = Nanoseconds(model.system.overheads.dispatch);
+  seen_dispatch_ = dispatch;
   for (std::size_t i = 0; i < process.callbacks.size(); ++i) {
     const ModelledProcess::Callback& from = process.callbacks[i];
     Callback callback = described(from, model, i);
@@ -94,6 +96,7 @@ SimulatedBodies::Callback SimulatedBodies::described(const ModelledProcess::Call
   Callback result{.name = numbers.name,
                   .least = Nanoseconds(numbers.least_execution),
                   .longest = Nanoseconds(numbers.execution) - model.callbacks[index].waits,
+                  .seen = model.callbacks[index].seen,
                   .besides = {},
                   .waits = model.callbacks[index].waits,
                   .is_known = provenance != Provenance::unknown,
@@ -168,12 +171,19 @@ void SimulatedBodies::add_outputs(const ModelledProcess& process, const SystemMo
 
 // ---- While it runs ----
 
+void SimulatedBodies::dispatch() noexcept {
+  const Nanoseconds time =
+      draws_ && seen_dispatch_.are_distributed() ? random_.one_of(seen_dispatch_) : dispatch_;
+  if (time != Nanoseconds::zero()) clock_.work(time);
+}
+
 Nanoseconds SimulatedBodies::drawn(Nanoseconds least, Nanoseconds longest) {
-  return draws_ ? least + Nanoseconds(random_.below((longest - least).count() + 1)) : longest;
+  return draws_ ? random_.between(least, longest) : longest;
 }
 
 Nanoseconds SimulatedBodies::time_of(const Callback& callback) {
   if (callback.says_itself) return callback.besides;
+  if (draws_ && callback.seen.are_distributed()) return random_.one_of(callback.seen);
   return drawn(callback.least, callback.longest) + callback.besides;
 }
 

@@ -44,12 +44,11 @@ class SimulatedBodies final : public ExecutionModel {
   SimulatedBodies(ManualClock& clock, bool draws, std::uint64_t seed, FaultInjection& faults)
       : clock_(clock), draws_(draws), random_(seed), faults_(faults) {}
 
-  /// Of the callbacks of the process, in the order of the model. Throws Error for what it cannot
-  /// stand in for.
-  void set_up(const ModelledProcess& process, const SystemModel& model);
-  void dispatch() noexcept override {
-    if (dispatch_ != Nanoseconds::zero()) clock_.work(dispatch_);
-  }
+  /// Of the callbacks of the process, in the order of the model; and what is measured of
+  /// dispatches. Throws Error for what it cannot stand in for.
+  void set_up(const ModelledProcess& process, const SystemModel& model,
+              const MeasuredTimes& dispatch);
+  void dispatch() noexcept override;
   void execute(Entity& entity, Slot& slot) override;
 
   std::uint64_t executions() const noexcept { return executions_; }
@@ -74,6 +73,7 @@ class SimulatedBodies final : public ExecutionModel {
   struct Callback {
     std::string name;
     Nanoseconds least{0}, longest{0};  // in all, but for what the body says itself
+    MeasuredTimes seen;                // what is drawn instead, if it is known
     Nanoseconds besides{0};            // what sending costs
     Nanoseconds waits{0};              // longest
     bool is_known = false, runs = false, says_itself = false;
@@ -102,6 +102,7 @@ class SimulatedBodies final : public ExecutionModel {
   ManualClock& clock_;
   const bool draws_;
   Nanoseconds dispatch_{0};
+  MeasuredTimes seen_dispatch_;  // what is drawn instead
   Draws random_;
   FaultInjection& faults_;
   std::unordered_map<const Entity*, Callback> callbacks_;

@@ -14,6 +14,7 @@
 #include "takt/base/manual_clock.hpp"
 #include "takt/containers/modes.hpp"
 #include "takt/containers/simulation/arrivals.hpp"
+#include "takt/containers/simulation/draws.hpp"
 #include "takt/containers/simulation/fault_injection.hpp"
 #include "takt/containers/simulation/first_releases.hpp"
 #include "takt/containers/simulation/simulated_bodies.hpp"
@@ -222,7 +223,15 @@ struct Source {
   std::function<TimePoint()> happen;  // and when it happens next
 };
 
-CpuModel::Options machine_of(const SystemDescription& system, const MeasuredModel* measured) {
+/// What is drawn of an overhead: what was measured, where the file states nothing.
+MeasuredTimes drawn_overhead(Nanoseconds stated, const MeasuredModel* measured,
+                             MeasuredTimes MeasuredModel::*overhead) {
+  return stated == Nanoseconds::zero() && measured != nullptr ? measured->*overhead
+                                                              : MeasuredTimes();
+}
+
+CpuModel::Options machine_of(const SystemDescription& system, const MeasuredModel* measured,
+                             const Scenario& scenario) {
   const MachineDescription& machine = system.machine;
   const analysis::Overheads overheads = overheads_of(machine, measured);
   const Nanoseconds granted = *machine.rt_runtime;
@@ -235,6 +244,12 @@ CpuModel::Options machine_of(const SystemDescription& system, const MeasuredMode
     const auto speed = machine.speed.find(cpu);
     options.cpus.push_back(
         {.number = cpu, .speed = speed != machine.speed.end() ? speed->second : 1});
+  }
+  const MeasuredTimes seen = drawn_overhead(machine.wake, measured, &MeasuredModel::wake_overhead);
+  if (scenario.times == Scenario::Times::drawn && seen.are_distributed()) {
+    options.drawn_wake = [seen, draws = Draws(~scenario.seed)]() mutable {
+      return draws.one_of(seen);
+    };
   }
   return options;
 }
@@ -383,7 +398,7 @@ void add_changes(SimulatedRun& run, const std::vector<CpuModel::Change>& changes
 
 SimulatedRun Simulation::run(Scenario scenario) const {
   const MeasuredModel* const measured = options_.measured ? &*options_.measured : nullptr;
-  ManualClock clock(kSimulationBegin, machine_of(system_, measured));
+  ManualClock clock(kSimulationBegin, machine_of(system_, measured, scenario));
   FaultInjection faults(clock);
   SimulatedBodies bodies(clock, scenario.times == Scenario::Times::drawn, 2 * scenario.seed,
                          faults);
@@ -399,7 +414,9 @@ SimulatedRun Simulation::run(Scenario scenario) const {
   const SystemModel model =
       make_system_model(modelled_, container.plan().chains, {&process, 1}, measured);
   check_scales(process, model);
-  bodies.set_up(process, model);
+  bodies.set_up(
+      process, model,
+      drawn_overhead(system_.machine.dispatch, measured, &MeasuredModel::dispatch_overhead));
   const FaultyCallbacks faulty(process, model);
   if (scenario.faults.empty())
     scenario.faults = faulty.drawn(options_.faults, scenario.seed, options_.duration);

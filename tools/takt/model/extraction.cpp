@@ -2,6 +2,7 @@
 #include "model/extraction.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -28,6 +29,13 @@ Nanoseconds percentile(const Times& sorted, double share) {
   if (sorted.empty()) return Nanoseconds::zero();
   const auto place = static_cast<std::size_t>(share * static_cast<double>(sorted.size()));
   return sorted[std::min(place, sorted.size() - 1)];
+}
+
+MeasuredTimes overhead_of(Times& times) {
+  if (times.size() < kLeastOverheads) return {};
+  std::sort(times.begin(), times.end());
+  return {times.front(),          percentile(times, 0.1),  percentile(times, 0.5),
+          percentile(times, 0.9), percentile(times, 0.99), percentile(times, kOverheads)};
 }
 
 /// What is seen of one callback, in all traces.
@@ -90,12 +98,8 @@ class Extraction {
   }
 
   void finish() {
-    std::sort(dispatches_.begin(), dispatches_.end());
-    std::sort(wakes_.begin(), wakes_.end());
-    if (dispatches_.size() >= kLeastOverheads) {
-      model.dispatch_overhead = percentile(dispatches_, kOverheads);
-    }
-    if (wakes_.size() >= kLeastOverheads) model.wake_overhead = percentile(wakes_, kOverheads);
+    model.dispatch_overhead = overhead_of(dispatches_);
+    model.wake_overhead = overhead_of(wakes_);
     seen_.erase(kRemoved);
     for (auto& [name, seen] : seen_) {
       seen.causes.erase(kRemoved);
@@ -180,14 +184,23 @@ class Extraction {
   }
 
   void add_overheads(const Trace& trace) {
-    std::vector<std::optional<Nanoseconds>> last_end(trace.threads.size());
+    std::vector<std::array<std::optional<Nanoseconds>, 2>> ends(trace.threads.size());  // the last
     for (const TracedExecution& execution : trace.executions) {
       const TracedThread& thread = trace.threads[execution.thread];
-      const auto before = std::exchange(last_end[execution.thread], execution.end);
+      auto& own = ends[execution.thread];
+      const auto before = own[0];
+      own = {execution.end, before};
       if (!before || !thread.is_prompt) continue;
+      // What ends meanwhile on another thread may have had the CPU: no overhead, but interference.
+      const auto ends_meanwhile = [&](const std::optional<Nanoseconds>& end) {
+        return end && *end > execution.ready && *end <= execution.start;
+      };
       if (execution.ready <= *before) {
         dispatches_.push_back(execution.start - *before);
-      } else if (execution.kind == "timer") {
+      } else if (execution.kind == "timer" &&
+                 std::none_of(ends.begin(), ends.end(), [&](const auto& of_thread) {
+                   return std::any_of(of_thread.begin(), of_thread.end(), ends_meanwhile);
+                 })) {
         wakes_.push_back(execution.start - execution.ready);
       }
     }

@@ -179,10 +179,28 @@ TEST(Extraction, TellsBusyFromIdle) {
     next.start = end + 2us;
     next.end = next.start + 1ms;
   }
-  EXPECT_EQ(model_of(trace).wake_overhead, 50us);
-  EXPECT_EQ(model_of(trace).dispatch_overhead, 2us);
+  EXPECT_EQ(model_of(trace).wake_overhead.median, 50us);
+  EXPECT_EQ(model_of(trace).wake_overhead.longest, 50us);
+  EXPECT_EQ(model_of(trace).dispatch_overhead.least, 2us);
+  EXPECT_EQ(model_of(trace).dispatch_overhead.p99, 2us);
   trace.threads[0].is_prompt = false;
-  EXPECT_EQ(model_of(trace).wake_overhead, 0ns);
+  EXPECT_EQ(model_of(trace).wake_overhead.longest, 0ns);
+}
+
+// A thread below others waited 100 ms for the CPU; that was no overhead of a wake-up.
+TEST(Extraction, IsNotMisledByMoreUrgentThreads) {
+  Made trace;
+  trace.threads.push_back(trace.threads[0]);
+  for (int i = 0; i < 200; ++i) {
+    TracedExecution& urgent = trace.add("/a/tick", i * 10ms, 5ms);
+    urgent.start += 50us;
+    const Nanoseconds end = urgent.end;
+    TracedExecution& other = trace.add("/b/tick", i * 10ms, 1ms);
+    other.thread = 1;
+    other.start = end + 3us;
+    other.end = other.start + 1ms;
+  }
+  EXPECT_EQ(model_of(trace).wake_overhead.longest, 50us);
 }
 
 TEST(Extraction, HasCallbacksThatNeverRan) {
@@ -230,7 +248,8 @@ TEST(Model, IsReadAsItWasWritten) {
   MeasuredModel model = model_of(trace);
   model.lost_executions = 9;
   model.margin = 0.35;
-  model.wake_overhead = 41'234ns;
+  model.dispatch_overhead = {.longest = 7us};
+  model.wake_overhead = {9us, 10us, 11us, 12us, 13us, 41'234ns};
   const std::string path = testing::TempDir() + "model_test.model.yaml";
   write_measured_model(model, path);
   const MeasuredModel read = read_measured_model(path);

@@ -71,6 +71,17 @@ ordered_json document(const MeasuredCallback& callback) {
   return result;
 }
 
+ordered_json document(const MeasuredTimes& overhead) {
+  ordered_json result;
+  add_time(result, "min", overhead.least);
+  add_time(result, "p10", overhead.p10);
+  add_time(result, "p50", overhead.median);
+  add_time(result, "p90", overhead.p90);
+  add_time(result, "p99", overhead.p99);
+  add_time(result, "p99.9", overhead.longest);
+  return result;
+}
+
 /// As read_measured_model reads it: what is not known is not there.
 ordered_json document(const MeasuredModel& model) {
   ordered_json result{{"file", model.file}, {"machine", model.machine}};
@@ -78,8 +89,10 @@ ordered_json document(const MeasuredModel& model) {
   result["margin"] = model.margin;
   if (model.lost_executions != 0) result["lost_executions"] = model.lost_executions;
   ordered_json overheads;
-  add_time(overheads, "dispatch", model.dispatch_overhead);
-  add_time(overheads, "wake", model.wake_overhead);
+  for (const auto& [key, times] :
+       {std::pair{"dispatch", &model.dispatch_overhead}, std::pair{"wake", &model.wake_overhead}}) {
+    if (times->longest != Nanoseconds::zero()) overheads[key] = document(*times);
+  }
   if (!overheads.empty()) result["overheads"] = std::move(overheads);
   for (const MeasuredExecutor& executor : model.executors) {
     result["executors"][executor.name] = {{"type", executor.type},
@@ -103,6 +116,12 @@ json us_or_null(Nanoseconds time) {
 
 std::string us_or_dash(Nanoseconds time) {
   return time == Nanoseconds::zero() ? "-" : microseconds(time);
+}
+
+json overhead_json(const MeasuredTimes& overhead) {
+  return {{"min", us_or_null(overhead.least)},  {"p10", us_or_null(overhead.p10)},
+          {"p50", us_or_null(overhead.median)}, {"p90", us_or_null(overhead.p90)},
+          {"p99", us_or_null(overhead.p99)},    {"p999", us_or_null(overhead.longest)}};
 }
 
 json callback_json(const MeasuredCallback& callback) {
@@ -159,8 +178,8 @@ json model_json(const MeasuredModel& model) {
           {"margin", model.margin},
           {"lost_executions", model.lost_executions},
           {"overheads_us",
-           {{"dispatch", us_or_null(model.dispatch_overhead)},
-            {"wake", us_or_null(model.wake_overhead)}}},
+           {{"dispatch", overhead_json(model.dispatch_overhead)},
+            {"wake", overhead_json(model.wake_overhead)}}},
           {"executors", std::move(executors)},
           {"callbacks", std::move(callbacks)},
           {"chains", std::move(chains)}};
@@ -186,9 +205,10 @@ void print_model(const MeasuredModel& model) {
   }
   table.print("callbacks (CPU time of executions, arrivals; in µs)");
   rt::print(
-      "overheads (estimated from real-time threads, in µs): {} between two callbacks, {} to "
-      "wake a thread\n",
-      us_or_dash(model.dispatch_overhead), us_or_dash(model.wake_overhead));
+      "overheads (estimated from real-time threads, p99.9, in µs): {} between two callbacks "
+      "(p50 {}), {} to wake a thread (p50 {})\n",
+      us_or_dash(model.dispatch_overhead.longest), us_or_dash(model.dispatch_overhead.median),
+      us_or_dash(model.wake_overhead.longest), us_or_dash(model.wake_overhead.median));
   if (model.lost_executions != 0) {
     rt::print(
         "lost: the {} oldest executions, as a thread's trace was full: the model is of what "

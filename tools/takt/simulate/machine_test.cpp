@@ -167,5 +167,44 @@ threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}, watchdog: {polic
   EXPECT_THAT(threads, ::testing::ElementsAre("a-60", "a-61"));
 }
 
+// Drawn evenly from zero up, and with the longest overheads, its median was no run's.
+TEST(SimulatedMachine, DrawsWhatWasMeasured) {
+  const SystemDescription system = ConfigurationFile("system.yaml", R"(
+machine: {cpus: [0], rt_runtime: unlimited}
+threads: {one: {policy: SCHED_FIFO, priority: 80, affinity: [0]}}
+executors: {default: {type: events, threads: [one]}}
+chains: [{name: c, path: [one/x_timer]}]
+container:
+  name: robot
+  components:
+    - {component: takt::Workload, name: one, parameters: {publishers: {topic: [x], period_us: [20000], work_us: [900]}}}
+)")
+                                       .read();
+  MeasuredModel measured{.margin = 0.5,
+                         .dispatch_overhead = {.longest = 7us},  // no more is known of it
+                         .wake_overhead = {10us, 15us, 20us, 30us, 40us, 3ms}};
+  measured.callbacks.push_back({.name = "/one/x_timer",
+                                .executions = 1000,
+                                .least_execution = 1ms,
+                                .median_execution = 2ms,
+                                .p99_execution = 3ms,
+                                .longest_execution = 8ms});
+  const Simulation simulation(system, {.overrides = {}, .measured = measured, .duration = 100s});
+  const auto latency = [&](Scenario::Times times) {
+    return simulation.run({.times = times}).result.chains.at(0).statistics.latency;
+  };
+  const Histogram drawn = latency(Scenario::Times::drawn);
+  EXPECT_EQ(drawn.count(), 5000u);
+  EXPECT_GE(drawn.min(), 1ms + 10us + 7us);
+  EXPECT_NEAR(static_cast<double>(drawn.percentile(0.5).count()), 2.03e6, 0.1e6);
+  EXPECT_NEAR(static_cast<double>(drawn.percentile(0.25).count()), 1.53e6, 0.1e6);
+  EXPECT_LT(drawn.percentile(0.97), 3100us);
+  EXPECT_GT(drawn.percentile(0.999), 4ms);
+  EXPECT_LE(drawn.max(), 8ms + 3ms + 7us);
+  const Histogram worst = latency(Scenario::Times::worst);
+  EXPECT_EQ(worst.min(), 12ms + 3ms + 7us);
+  EXPECT_EQ(worst.max(), 12ms + 3ms + 7us);
+}
+
 }  // namespace
 }  // namespace takt::tools
