@@ -32,7 +32,7 @@ SYSTEM = ("takt_cli", "{root}/tools/takt/tests/system_test.py", "{bin}/takt")
 SELFTEST = ("takt_cli", "{bin}/takt", "selftest", "--executors", "events", "--transports", "dds")
 # By UDP Cyclone delivers within a process on the publisher's thread; here other threads have work to do.
 SHARED_MEMORY = SELFTEST[:-1] + ("shm",)
-GUARANTEES = ("containers_test", "{bin}/containers_test", "--gtest_filter=Assumptions.*:Coverage.*:Guarantee.*:SystemModel.*:Traps.*:Keys.*")
+GUARANTEES = ("containers_test", "{bin}/containers_test", "--gtest_filter=Assumptions.*:Coverage.*:Guarantee.*:SystemModel.*:Traps.*:CodeTraps.*:Keys.*")
 BOUNDS = ("analysis_test", "/usr/bin/env", "TAKT_RANDOM_SYSTEMS=2000", "{bin}/analysis_test",
           "--gtest_filter=RandomSystems.*")
 

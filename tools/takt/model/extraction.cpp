@@ -31,6 +31,9 @@ Nanoseconds percentile(const Times& sorted, double share) {
   return sorted[std::min(place, sorted.size() - 1)];
 }
 
+// From the end of an execution to the start of another thread on its CPU.
+constexpr Nanoseconds kSwitchesWithin = std::chrono::microseconds(100);
+
 MeasuredTimes overhead_of(Times& times) {
   if (times.size() < kLeastOverheads) return {};
   std::sort(times.begin(), times.end());
@@ -191,9 +194,12 @@ class Extraction {
       const auto before = own[0];
       own = {execution.end, before};
       if (!before || !thread.is_prompt) continue;
-      // What ends meanwhile on another thread may have had the CPU: no overhead, but interference.
+      // What ends on another thread right before it starts has had the CPU: that is interference,
+      // and no overhead. What ends earlier may be on another CPU, and a long wake-up would not
+      // count.
       const auto ends_meanwhile = [&](const std::optional<Nanoseconds>& end) {
-        return end && *end > execution.ready && *end <= execution.start;
+        return end && *end > execution.ready && *end <= execution.start &&
+               execution.start - *end <= kSwitchesWithin;
       };
       if (execution.ready <= *before) {
         dispatches_.push_back(execution.start - *before);

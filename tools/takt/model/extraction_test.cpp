@@ -203,6 +203,20 @@ TEST(Extraction, IsNotMisledByMoreUrgentThreads) {
   EXPECT_EQ(model_of(trace).wake_overhead.longest, 50us);
 }
 
+// The longer a wake-up, the likelier ends something on another CPU meanwhile.
+TEST(Extraction, ALongWakeUpBesideAnotherCpuCounts) {
+  Made trace;
+  trace.threads.push_back({.process = "p", .name = "other", .tid = 8, .is_prompt = true});
+  for (int i = 0; i < 200; ++i) {
+    trace.add("/a/tick", i * 10ms, 1ms);
+    TracedExecution& late = trace.add("/b/tick", i * 10ms, 1ms);
+    late.thread = 1;
+    late.start += 3ms;
+    late.end += 3ms;
+  }
+  EXPECT_EQ(model_of(trace).wake_overhead.longest, 3ms);
+}
+
 TEST(Extraction, HasCallbacksThatNeverRan) {
   Made trace;
   trace.about["callbacks"] = {"/a/reset"};
