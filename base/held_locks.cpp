@@ -19,21 +19,25 @@ constexpr std::array<const char*, kLockRanks> kNames = {
     "accepted_goals",  "simulated_clock", "node",          "leaf"};
 static_assert(kNames.back() != nullptr);
 
-const char* innermost_held() noexcept {
-  return kNames[static_cast<std::size_t>(std::bit_width(held_locks) - 1)];
+constexpr std::uint32_t kLeaf = std::uint32_t{1} << static_cast<int>(LockRank::leaf);
+
+const char* innermost(std::uint32_t held) noexcept {
+  return kNames[static_cast<std::size_t>(std::bit_width(held) - 1)];
 }
 
 }  // namespace
 
 void refuse_lock_order(LockRank wanted) noexcept {
+  const std::uint32_t held = held_locks & ~kLeaf;
+  if ((held >> static_cast<int>(wanted)) == 0) return;  // only by locks that have no place
   std::fprintf(stderr, "takt: lock '%s' is wanted while '%s' is held; see base/lock_order.hpp\n",
-               kNames[static_cast<std::size_t>(wanted)], innermost_held());
+               kNames[static_cast<std::size_t>(wanted)], innermost(held));
   std::abort();
 }
 
 void refuse_held_lock(const char* what) noexcept {
   std::fprintf(stderr, "takt: a user's %s is called or destroyed under a lock of Takt, '%s'\n",
-               what, innermost_held());
+               what, innermost(held_locks));
   std::abort();
 }
 #endif
