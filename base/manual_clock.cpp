@@ -99,6 +99,11 @@ void ManualClock::advance(Nanoseconds duration) {
   if (target_ > now()) now_.store(target_);
 }
 
+void ManualClock::end_by(TimePoint time) noexcept {
+  const std::lock_guard lock(mutex_);
+  target_ = std::min(target_, time);
+}
+
 void ManualClock::wait_for_participants(std::size_t count) {
   std::unique_lock lock(mutex_);
   controller_.wait(lock, [&] { return participants_.size() >= count; });
@@ -178,6 +183,10 @@ std::vector<ManualClock::Use> ManualClock::use() const {
   for (const Participant* participant : participants_)
     result.push_back({participant->name, participant->thread.used(now()), &participant->thread});
   return result;
+}
+
+const CpuModel::Thread* ManualClock::this_thread() noexcept {
+  return this_participant != nullptr ? &this_participant->thread : nullptr;
 }
 
 void ManualClock::work(Nanoseconds duration) {

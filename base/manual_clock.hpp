@@ -76,6 +76,9 @@ class ManualClock final : public Clock {
   void advance(Nanoseconds duration);
   /// Lets everything happen that is due now.
   void settle() { advance(Nanoseconds::zero()); }
+  /// By a participant: the advance() that is under way ends at that time, if not earlier. The one
+  /// that advances sees by now() that it has.
+  void end_by(TimePoint time) noexcept;
   /// Blocks (in real time) until that many threads have joined.
   void wait_for_participants(std::size_t count);
 
@@ -93,6 +96,8 @@ class ManualClock final : public Clock {
   };
   /// Of all that take part, by rank.
   std::vector<Use> use() const;
+  /// That the calling thread is; nullptr: it takes no part.
+  static const CpuModel::Thread* this_thread() noexcept;
   /// See CpuModel. While it does not advance.
   void end_overheads() noexcept {
     if (cpus_) cpus_->end_overheads();

@@ -19,12 +19,13 @@ struct ProcessResult {
   struct Callback {
     std::string executor;
     CallbackStatistics statistics;
-    std::string process = {};  // of this and the next two: where several are put together
+    std::string process = {};  // of this and others: where several are put together
   };
   struct Thread {
     std::string executor;
     ThreadStatistics statistics;
     std::string executor_type = {}, scheduler = {};  // empty: of Cyclone DDS
+    std::string process = {};
   };
 
   /// An executor of components that ran.

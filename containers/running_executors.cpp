@@ -29,6 +29,7 @@ void RunningExecutors::start(Realtime realtime, Clock& clock, ExceptionHandler h
   const std::lock_guard lock(mutex_);
   ManualClock* const manual = clock.as_manual();
   simulation_ = manual != nullptr && manual->has_cpus() ? manual : nullptr;
+  if (simulation_ != nullptr) participants_ = simulation_->use().size();  // of other processes
   may_begin_ = true;
   realtime_ = realtime;
   handler_ = std::move(handler);

@@ -75,7 +75,7 @@ struct Run {
   Releases releases() const;
 };
 
-/// Of one process, without the options of the run.
+/// Of one process, or of several put together, without the options of the run.
 Run run_of(ProcessResult process);
 
 /// An entry of "runs". Buckets of histograms are lists of [bucket, count], see base/histogram.hpp.

@@ -11,7 +11,8 @@ namespace takt::rt {
 namespace {
 
 Run::Traced traced(const ProcessResult::Thread& thread) {
-  Run::Traced traced{.executor = thread.executor,
+  Run::Traced traced{.process = thread.process,
+                     .executor = thread.executor,
                      .executor_type = thread.executor_type,
                      .scheduler = thread.scheduler,
                      .thread = thread.statistics.in_force.name,
@@ -52,7 +53,8 @@ Run run_of(ProcessResult process) {
           .notes = std::move(process.notes)};
   for (const ProcessResult::Thread& thread : process.threads) {
     const ThreadStatistics& statistics = thread.statistics;
-    run.threads.push_back({.executor = thread.executor,
+    run.threads.push_back({.process = thread.process,
+                           .executor = thread.executor,
                            .name = statistics.in_force.name,
                            .asked = statistics.asked,
                            .in_force = statistics.in_force,
@@ -70,7 +72,9 @@ Run run_of(ProcessResult process) {
     whole.allocations_in_dds = process.allocations_in_dds;
   }
   const auto name = [&process](auto& rows) {
-    for (auto& row : rows) row.process = process.name;
+    for (auto& row : rows) {
+      if (row.process.empty()) row.process = process.name;
+    }
   };
   name(run.callbacks);
   name(run.chains);

@@ -11,6 +11,7 @@
 #include "takt/base/error.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/containers/modes.hpp"
+#include "takt/containers/simulation/first_releases.hpp"
 #include "takt/entities/staged_outputs.hpp"
 #include "takt/entities/subscription.hpp"
 #include "takt/entities/task_runner.hpp"
@@ -71,6 +72,7 @@ StandInPublisher& SimulatedBodies::publisher_for(const Entity& subscription) {
 // ---- Before it runs ----
 
 void SimulatedBodies::set_up(const ModelledProcess& process, const SystemModel& model,
+                             const std::vector<PlannedChain>& chains,
                              const MeasuredTimes& dispatch) {
   dispatch_ = Nanoseconds(model.system.overheads.dispatch);
   seen_dispatch_ = dispatch;
@@ -79,10 +81,24 @@ void SimulatedBodies::set_up(const ModelledProcess& process, const SystemModel& 
     Callback callback = described(from, model, i);
     if (!callback.runs) add_outputs(process, model, i, callback);
     callbacks_.emplace(from.entity.get(), std::move(callback));
-    for (const ChainStep& step : from.entity->chain_steps())
-      chains_[step.chain->options().name].paths.push_back(step.path);
   }
+  for (const PlannedChain& chain : chains) add_chain(chain);
   recent_.resize(kMostRecent);
+}
+
+// Its callbacks have it as their container has it: of several processes, that knows pieces.
+void SimulatedBodies::add_chain(const PlannedChain& planned) {
+  const std::size_t index = chains_.size();
+  Instances& instances = chains_.emplace_back();
+  instances.chain = std::make_unique<Chain>(planned.options);
+  std::uint64_t path = 0;
+  for (const auto& [node, name] : planned.path) {
+    const Entity* const entity = node->find_entity(name).get();
+    path = extend_path(path, entity->mark());
+    instances.paths.push_back(path);
+    callbacks_.at(entity).steps.push_back(
+        {index, path, instances.paths.size() == planned.path.size()});
+  }
 }
 
 SimulatedBodies::Callback SimulatedBodies::described(const ModelledProcess::Callback& callback,
@@ -102,7 +118,8 @@ SimulatedBodies::Callback SimulatedBodies::described(const ModelledProcess::Call
                   .is_known = provenance != Provenance::unknown,
                   .runs = component != nullptr,
                   .says_itself = said && provenance == Provenance::exact,
-                  .sent = {}};
+                  .sent = {},
+                  .steps = {}};
   if (result.says_itself) result.besides += result.longest - *said;
   if (result.runs) return result;
   const CallbackParameters parameters = callback.parameters();
@@ -193,7 +210,7 @@ void SimulatedBodies::execute(Entity& entity, Slot& slot) {
   if (found == callbacks_.end()) return entity.execute(slot);  // of Takt itself
   const TimePoint begin = clock_.now();
   run_body(found->second, entity, slot);
-  note_execution(entity, begin);
+  note_execution(found->second, begin);
 }
 
 void SimulatedBodies::run_body(const Callback& callback, Entity& entity, Slot& slot) {
@@ -228,29 +245,45 @@ void SimulatedBodies::run_body(const Callback& callback, Entity& entity, Slot& s
 
 // ---- Where its chains were ----
 
-void SimulatedBodies::note_execution(const Entity& entity, TimePoint begin) {
+void SimulatedBodies::note_execution(const Callback& callback, TimePoint begin) {
   const Dispatch* const dispatch = Dispatch::current();
-  if (dispatch == nullptr || entity.chain_steps().empty()) return;
+  if (dispatch == nullptr || callback.steps.empty()) return;
   const TimePoint end = clock_.now();
   recent_[noted_++ % kMostRecent] = {dispatch->path, dispatch->root_release, begin, end};
-  for (const ChainStep& step : entity.chain_steps()) {
-    if (!step.is_last || step.path != dispatch->path) continue;
-    Instances& chain = chains_.at(step.chain->options().name);
-    if (end - dispatch->root_release <= chain.longest) continue;
-    chain.longest = end - dispatch->root_release;
-    chain.moments = {dispatch->root_release};
+  for (const Step& step : callback.steps) {
+    const auto root = step.is_last ? root_release(*dispatch, step.path) : std::nullopt;
+    if (!root) continue;
+    Instances& instances = chains_[step.chain];
+    instances.chain->finished(end - *root);
+    if (end - *root <= instances.longest) continue;
+    instances.longest = end - *root;
+    instances.moments = {*root};
     for (const Execution& other : recent_) {
-      if (other.root != dispatch->root_release ||
-          std::find(chain.paths.begin(), chain.paths.end(), other.path) == chain.paths.end())
+      const auto& paths = instances.paths;
+      if (other.root != *root || std::find(paths.begin(), paths.end(), other.path) == paths.end())
         continue;
-      chain.moments.insert(chain.moments.end(), {other.begin, other.end});
+      instances.moments.insert(instances.moments.end(), {other.begin, other.end});
     }
   }
 }
 
-std::vector<TimePoint> SimulatedBodies::longest_instance(const std::string& chain) const {
-  const auto found = chains_.find(chain);
-  return found != chains_.end() ? found->second.moments : std::vector<TimePoint>();
+std::vector<std::vector<Nanoseconds>> SimulatedBodies::longest_instances() const {
+  std::vector<std::vector<Nanoseconds>> result;
+  for (const Instances& instances : chains_) {
+    std::vector<Nanoseconds>& moments = result.emplace_back();
+    for (const TimePoint moment : instances.moments)
+      moments.push_back(between(later(kSimulationBegin, Nanoseconds(1)), moment));
+  }
+  return result;
+}
+
+std::vector<ProcessResult::ChainResult> SimulatedBodies::chains() const {
+  std::vector<ProcessResult::ChainResult> result;
+  for (const Instances& instances : chains_) {
+    const ChainOptions& options = instances.chain->options();
+    result.push_back({options.name, options.deadline, instances.chain->statistics()});
+  }
+  return result;
 }
 
 }  // namespace takt

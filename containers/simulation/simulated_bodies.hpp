@@ -13,10 +13,13 @@
 
 #include "takt/base/manual_clock.hpp"
 #include "takt/containers/model/system_model.hpp"
+#include "takt/containers/planning/plan.hpp"
+#include "takt/containers/result.hpp"
 #include "takt/containers/simulation/draws.hpp"
 #include "takt/containers/simulation/fault_injection.hpp"
 #include "takt/executors/execution_model.hpp"
 #include "takt/messages/cdr.hpp"
+#include "takt/nodes/chain.hpp"
 #include "takt/nodes/chain_join.hpp"
 #include "takt/transport/intra_process.hpp"
 
@@ -44,18 +47,20 @@ class SimulatedBodies final : public ExecutionModel {
   SimulatedBodies(ManualClock& clock, bool draws, std::uint64_t seed, FaultInjection& faults)
       : clock_(clock), draws_(draws), random_(seed), faults_(faults) {}
 
-  /// Of the callbacks of the process, in the order of the model; and what is measured of
-  /// dispatches. Throws Error for what it cannot stand in for.
+  /// Of the callbacks of the process, in the order of the model; of the chains, which are measured;
+  /// and what is measured of dispatches. Throws Error for what it cannot stand in for.
   void set_up(const ModelledProcess& process, const SystemModel& model,
-              const MeasuredTimes& dispatch);
+              const std::vector<PlannedChain>& chains, const MeasuredTimes& dispatch);
   void dispatch() noexcept override;
   void execute(Entity& entity, Slot& slot) override;
 
   std::uint64_t executions() const noexcept { return executions_; }
   /// The first callback that ran without a known time; empty: none.
   const std::string& unknown() const noexcept { return unknown_; }
-  /// When the callbacks of the chain's longest instance began and ended, and its root was released.
-  std::vector<TimePoint> longest_instance(const std::string& chain) const;
+  /// Of each chain: when, after the begin, its longest instance was released, and its callbacks
+  /// began and ended.
+  std::vector<std::vector<Nanoseconds>> longest_instances() const;
+  std::vector<ProcessResult::ChainResult> chains() const;
   /// A publisher on the topic of the subscription.
   StandInPublisher& publisher_for(const Entity& subscription);
 
@@ -70,6 +75,11 @@ class SimulatedBodies final : public ExecutionModel {
     Join* join = nullptr;  // whose input it is
     std::size_t input = 0;
   };
+  struct Step {
+    std::size_t chain;
+    std::uint64_t path;  // of its instances, when they are here
+    bool is_last;
+  };
   struct Callback {
     std::string name;
     Nanoseconds least{0}, longest{0};  // in all, but for what the body says itself
@@ -78,6 +88,7 @@ class SimulatedBodies final : public ExecutionModel {
     Nanoseconds waits{0};              // longest
     bool is_known = false, runs = false, says_itself = false;
     std::vector<Sent> sent;
+    std::vector<Step> steps;
   };
 
   struct Execution {
@@ -85,13 +96,15 @@ class SimulatedBodies final : public ExecutionModel {
     TimePoint root{}, begin{}, end{};
   };
   struct Instances {
-    std::vector<std::uint64_t> paths;  // of the chain's callbacks
+    std::unique_ptr<Chain> chain;
+    std::vector<std::uint64_t> paths;  // of its callbacks
     Nanoseconds longest{0};
     std::vector<TimePoint> moments;  // of that one
   };
 
   void run_body(const Callback& callback, Entity& entity, Slot& slot);
-  void note_execution(const Entity& entity, TimePoint begin);
+  void note_execution(const Callback& callback, TimePoint begin);
+  void add_chain(const PlannedChain& planned);
   Callback described(const ModelledProcess::Callback& callback, const SystemModel& model,
                      std::size_t index) const;
   void add_outputs(const ModelledProcess& process, const SystemModel& model, std::size_t index,
@@ -108,7 +121,7 @@ class SimulatedBodies final : public ExecutionModel {
   std::unordered_map<const Entity*, Callback> callbacks_;
   std::map<std::pair<const Node*, std::string>, std::unique_ptr<StandInPublisher>> publishers_;
   std::map<std::pair<const Node*, std::string>, std::unique_ptr<Join>> joins_;
-  std::map<std::string, Instances> chains_;
+  std::vector<Instances> chains_;
   // Limit: executions among which a simulation finds the callbacks of a chain's instance. At it:
   // the search knows less of where it may be held up. Seen: nothing.
   static constexpr std::size_t kMostRecent = 1024;

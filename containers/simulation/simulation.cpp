@@ -18,6 +18,8 @@
 #include "takt/containers/simulation/fault_injection.hpp"
 #include "takt/containers/simulation/first_releases.hpp"
 #include "takt/containers/simulation/simulated_bodies.hpp"
+#include "takt/containers/simulation/simulated_processes.hpp"
+#include "takt/containers/simulation/wire.hpp"
 #include "takt/entities/task_runner.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 
@@ -42,18 +44,26 @@ bool is_of_container(const std::string& thread) {
 
 Simulation::Simulation(SystemDescription system, SimulationOptions options)
     : system_(std::move(system)), options_(std::move(options)) {
-  const std::vector<SystemDescription> processes = split(system_, Composition::file);
-  if (processes.size() != 1) {
-    refuse(system_,
-           fmt::format("{} processes: messages between them are not modelled", processes.size()),
-           "give the components one container, or simulate each container's file");
-  }
-  system_ = processes.front();
+  processes_ = split(system_, Composition::file);
+  if (processes_.empty()) refuse(system_, "a file without components", "add some");
+  if (processes_.size() == 1) system_ = processes_.front();
+  std::erase_if(system_.executors, [&](const ExecutorDescription& executor) {
+    return std::none_of(processes_.begin(), processes_.end(), [&](const auto& process) {
+      const auto& used = process.executors;
+      return std::any_of(used.begin(), used.end(),
+                         [&](const auto& other) { return other.name == executor.name; });
+    });
+  });
   refuse_what_differs();
   take_machine();
   leave_out_surroundings();
   modelled_ = system_;
   modelled_.machine.speed.clear();
+  processes_ = split(system_, Composition::file);
+  for (SystemDescription& process : processes_) {
+    process.dds.reset();
+    process.is_split_off = true;
+  }
 }
 
 void Simulation::refuse_what_differs() {
@@ -144,10 +154,12 @@ void Simulation::take_machine() {
 // Which Linux would refuse on that machine.
 void Simulation::refuse_reservations() const {
   std::vector<ThreadAttributes> threads;
-  for (const ExecutorDescription& executor : system_.executors) {
-    for (const std::string& name : executor.threads) {
-      if (const ThreadDescription* const found = find_thread(system_, name))
-        threads.push_back(found->attributes);
+  for (const SystemDescription& process : processes_) {
+    for (const ExecutorDescription& executor : process.executors) {
+      for (const std::string& name : executor.threads) {
+        if (const ThreadDescription* const found = find_thread(system_, name))
+          threads.push_back(found->attributes);
+      }
     }
   }
   const std::chrono::duration<double> granted = *system_.machine.rt_runtime;
@@ -163,11 +175,14 @@ void Simulation::leave_out_surroundings() {
     for (const auto& node : system_.lifecycle->bring_up) bring_up_.push_back(node.name);
     notes_.emplace_back("lifecycle nodes are active from the start, and stay so");
   }
-  if (system_.dds) notes_.emplace_back("nothing comes from other processes but by `arrival`");
+  do_find_each_other_ = !system_.dds || system_.dds->discovery != DiscoveryRange::off;
+  if (processes_.size() > 1)
+    notes_.emplace_back("nothing comes from outside of these processes but by `arrival`");
+  else if (system_.dds)
+    notes_.emplace_back("nothing comes from other processes but by `arrival`");
   system_.lifecycle.reset();
   system_.dds.reset();
   system_.restarts.clear();
-  system_.is_split_off = true;
   system_.lock_memory = false;
   system_.cpu_dma_latency_us.reset();
   system_.watches_bounds = false;
@@ -305,19 +320,25 @@ void add_late_messages(std::vector<Source>& sources, FaultInjection& faults) {
   }
 }
 
-/// Until the end. What comes from outside comes after all else at that instant.
-void advance(ManualClock& clock, TimePoint end, std::vector<Source>& sources,
+/// Until the end. What comes from outside, or from another process, comes after all else at that
+/// instant.
+void advance(ManualClock& clock, TimePoint end, std::vector<Source>& sources, Wire& wire,
              const std::function<void()>& check) {
   while (clock.now() < end) {
     Source* first = nullptr;
     TimePoint time = std::min(end, later(clock.now(), std::chrono::seconds(1)));  // to check
+    time = std::min(time, wire.next());
     for (Source& source : sources) {
       if (source.next > time || (first != nullptr && source.next == time)) continue;
       first = &source;
       time = source.next;
     }
     clock.advance(time - clock.now());
-    if (first != nullptr) {
+    if (wire.next() <= clock.now()) {  // perhaps sent meanwhile
+      wire.arrive();
+      clock.settle();
+    }
+    if (first != nullptr && clock.now() == time) {
       first->next = first->happen();
       clock.settle();
     }
@@ -325,61 +346,8 @@ void advance(ManualClock& clock, TimePoint end, std::vector<Source>& sources,
   }
 }
 
-/// What threads have asked for is what they have; the machine that simulates shows nowhere.
-/// Returns their numbers.
-std::map<const CpuModel::Thread*, int> set_virtual(ProcessResult& result,
-                                                   std::vector<ManualClock::Use> use,
-                                                   Nanoseconds duration) {
-  std::map<const CpuModel::Thread*, int> numbers;
-  int number = 0;
-  Nanoseconds all{0};
-  bool are_realtime = true;
-  for (ProcessResult::Thread& thread : result.threads) {
-    ThreadStatistics& statistics = thread.statistics;
-    const ThreadAttributes& asked = statistics.asked;
-    are_realtime = are_realtime && is_realtime(asked.policy);
-    statistics.in_force = {.name = asked.name,
-                           .tid = ++number,
-                           .policy = asked.policy,
-                           .priority = asked.priority,
-                           .nice = asked.nice,
-                           .affinity = asked.affinity,
-                           .runtime = asked.runtime,
-                           .deadline = asked.deadline,
-                           .period = asked.period,
-                           .refused = {}};
-    statistics.counters = {};
-    statistics.spin_time = {};
-    statistics.wall_time = duration;
-    const auto found =
-        std::find_if(use.begin(), use.end(), [&](const auto& of) { return of.name == asked.name; });
-    statistics.cpu_time = found != use.end() ? found->time : Nanoseconds::zero();
-    if (found != use.end()) {
-      numbers[found->thread] = number;
-      use.erase(found);
-    }
-    all += statistics.cpu_time;
-    for (NamedTraceEvent& event : statistics.trace) {
-      event.cpu_time = {};
-      event.has_waited = false;
-    }
-  }
-  result.cpu_percent =
-      100.0 * static_cast<double>(all.count()) / static_cast<double>(duration.count());
-  result.allocations_counted = false;
-  for (auto& callback : result.callbacks) callback.statistics.allocations = std::nullopt;
-  if (are_realtime) return numbers;
-  result.notes.emplace_back(
-      "the order of threads that are not real-time ones is a model: turns of 3 ms");
-  return numbers;
-}
-
-void add_moments(SimulatedRun& run, const SimulatedBodies& bodies) {
-  for (const ProcessResult::ChainResult& chain : run.result.chains) {
-    std::vector<Nanoseconds>& moments = run.moments.emplace_back();
-    for (const TimePoint moment : bodies.longest_instance(chain.name))
-      moments.push_back(between(later(kSimulationBegin, Nanoseconds(1)), moment));
-  }
+void add_notes(SimulatedRun& run, const std::vector<std::string>& more) {
+  run.result.notes.insert(run.result.notes.end(), more.begin(), more.end());
 }
 
 void add_changes(SimulatedRun& run, const std::vector<CpuModel::Change>& changes,
@@ -394,44 +362,51 @@ void add_changes(SimulatedRun& run, const std::vector<CpuModel::Change>& changes
   }
 }
 
+ContainerOverrides simulated(ContainerOverrides overrides, ManualClock& clock,
+                             ExecutionModel& bodies) {
+  overrides.clock = &clock;
+  overrides.execution_model = &bodies;
+  overrides.only_constructs = true;  // nothing of it is traced
+  return overrides;
+}
+
 }  // namespace
 
 SimulatedRun Simulation::run(Scenario scenario) const {
   const MeasuredModel* const measured = options_.measured ? &*options_.measured : nullptr;
+  const bool draws = scenario.times == Scenario::Times::drawn;
   ManualClock clock(kSimulationBegin, machine_of(system_, measured, scenario));
   FaultInjection faults(clock);
-  SimulatedBodies bodies(clock, scenario.times == Scenario::Times::drawn, 2 * scenario.seed,
-                         faults);
+  Wire wire(clock, faults, draws, ~(2 * scenario.seed));
+  SimulatedBodies bodies(clock, draws, 2 * scenario.seed, faults);
   FirstReleases first(scenario, options_.duration);
-  ContainerOverrides overrides = options_.overrides;
-  overrides.clock = &clock;
-  overrides.execution_model = &bodies;
-  overrides.only_constructs = true;  // nothing of it is traced
   std::vector<Source> sources;
-  std::vector<CpuModel::Change> changes;  // the clock moves until the container has ended
-  Container container(system_, overrides);
-  const ModelledProcess process = container.modelled();  // served as the mode says
+  std::vector<CpuModel::Change> changes;  // the clock moves until the containers have ended
+  SimulatedProcesses processes(system_, processes_, simulated(options_.overrides, clock, bodies));
+  const ModelledProcess& all = processes.all();  // served as the mode says
   const SystemModel model =
-      make_system_model(modelled_, container.plan().chains, {&process, 1}, measured);
-  check_scales(process, model);
+      make_system_model(modelled_, processes.chains(), processes.modelled(), measured);
+  check_scales(all, model);
   bodies.set_up(
-      process, model,
+      all, model, processes.chains(),
       drawn_overhead(system_.machine.dispatch, measured, &MeasuredModel::dispatch_overhead));
-  const FaultyCallbacks faulty(process, model);
+  const FaultyCallbacks faulty(all, model);
   if (scenario.faults.empty())
     scenario.faults = faulty.drawn(options_.faults, scenario.seed, options_.duration);
   faulty.check(scenario.faults);
-  faults.set_up(scenario.faults, later(kSimulationBegin, Nanoseconds(1)), process, model);
-  bring_up(process);
-  if (overrides.trace_events != 0) clock.record(changes);
-  container.start();
-  set_phases(process, model, first);
-  sources = sources_of(process, model, first, bodies);
+  faults.set_up(scenario.faults, later(kSimulationBegin, Nanoseconds(1)), all, model);
+  if (processes.are_several())
+    wire.set_up(system_, processes.modelled(), model, do_find_each_other_);
+  bring_up(all);
+  if (options_.overrides.trace_events != 0) clock.record(changes);
+  processes.start(wire);
+  set_phases(all, model, first);
+  sources = sources_of(all, model, first, bodies);
   add_late_messages(sources, faults);
   std::vector<SimulatedRun::Release> releases = first.all();
-  container.release();
+  processes.release();
   const TimePoint end = later(kSimulationBegin, options_.duration);
-  advance(clock, end, sources, [&] {
+  advance(clock, end, sources, wire, [&] {
     if (bodies.unknown().empty()) return;
     throw Error(
         fmt::format("cannot simulate '{}': its execution time is not known", bodies.unknown()),
@@ -440,19 +415,19 @@ SimulatedRun Simulation::run(Scenario scenario) const {
   const std::vector<ManualClock::Use> use = clock.use();
   faults.end();
   clock.end_overheads();  // that the end wakes all threads is no part of the system
-  container.hold();
-  container.stop();
+  processes.end(clock, wire);
   SimulatedRun run{.scenario = std::move(scenario),
-                   .result = container.result(),
+                   .result = processes.result(),
                    .executions = bodies.executions(),
-                   .releases = std::move(releases)};
-  add_moments(run, bodies);
+                   .releases = std::move(releases),
+                   .moments = bodies.longest_instances()};
+  if (processes.are_several()) run.result.chains = bodies.chains();
   add_changes(run, changes, set_virtual(run.result, use, options_.duration));
   add_what_is_not_covered(model, run.result.notes);
-  for (std::string& note : faulty.notes(options_.faults))
-    run.result.notes.push_back(std::move(note));
+  add_notes(run, wire.notes());
+  add_notes(run, faulty.notes(options_.faults));
   if (!run.scenario.faults.empty())
-    run.result.notes.emplace_back("these runs have faults, and bounds are of runs without");
+    add_notes(run, {"these runs have faults, and bounds are of runs without"});
   return run;
 }
 

@@ -1,4 +1,4 @@
-// A system of one process under a virtual clock, on virtual CPUs.
+// A system under a virtual clock, on virtual CPUs.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_SIMULATION_SIMULATION_HPP_
 #define TAKT_CONTAINERS_SIMULATION_SIMULATION_HPP_
@@ -25,7 +25,7 @@ struct SimulationOptions {
 
 struct SimulatedRun {
   Scenario scenario;     // with the faults that were drawn
-  ProcessResult result;  // as of a container; threads have what they asked for
+  ProcessResult result;  // of all processes; threads have what they asked for
   std::uint64_t executions = 0;
   /// When a timer was released first, or arrivals began, after the begin.
   struct Release {
@@ -69,6 +69,7 @@ class Simulation {
   /// other thread has the CPU.
   Nanoseconds time_to_begin() const;
   const SystemDescription& system() const noexcept { return system_; }
+  bool has_several_processes() const noexcept { return processes_.size() > 1; }
   /// Neither `machine:` nor the threads say which CPUs there are.
   bool has_cpus_of_here() const noexcept { return has_cpus_of_here_; }
 
@@ -80,12 +81,13 @@ class Simulation {
   void bring_up(const ModelledProcess& process) const;
   void check_scales(const ModelledProcess& process, const SystemModel& model) const;
 
-  SystemDescription system_;    // what is made
-  SystemDescription modelled_;  // of which the numbers are: of CPUs of speed 1
+  SystemDescription system_;                  // what is made
+  std::vector<SystemDescription> processes_;  // of it
+  SystemDescription modelled_;                // of which the numbers are: of CPUs of speed 1
   SimulationOptions options_;
   std::vector<std::string> bring_up_;  // lifecycle nodes
   std::vector<std::string> notes_;
-  bool has_cpus_of_here_ = false;
+  bool has_cpus_of_here_ = false, do_find_each_other_ = true;
 };
 
 }  // namespace takt

@@ -58,7 +58,8 @@ void ConfigurationReader::read_topic(const Value& value) {
         "the start, or at the end of a shorter run.",
         into(must_match)},
        {"delay",
-        "Between processes, the longest, for `takt analyze`; or `{min: 50us, max: 300us}`.",
+        "Between processes, the longest, for `takt analyze` and `takt simulate`; or `{min: 50us, "
+        "max: 300us}`.",
         without_default([&] { return into_delay(system_.delays[value.name]); })}});
   if (must_match) system_.must_match.try_emplace(value.name, errors_.where(value.line));
   if (depth) qos.depth = static_cast<std::size_t>(*depth);

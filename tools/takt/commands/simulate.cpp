@@ -242,8 +242,7 @@ void set_up(CLI::App* command) {
   const auto options = std::make_shared<Options>();
   command
       ->add_option("FILE", options->file,
-                   "A configuration file with one container; its components are made, and their "
-                   "code does not run")
+                   "A configuration file; its components are made, and their code does not run")
       ->required();
   command->add_option("--model", options->model,
                       "A file of `takt model`, with measured execution times and arrivals");

@@ -34,11 +34,19 @@ std::string count_cell(const std::optional<std::uint64_t>& count) {
   return count ? std::to_string(*count) : "-";
 }
 
+/// Also a simulation, which has no `processes`.
+bool has_several_processes(const Run& run) {
+  return run.processes.size() > 1 ||
+         std::any_of(run.executors.begin(), run.executors.end(), [&](const Run::Executor& other) {
+           return other.process != run.executors.front().process;
+         });
+}
+
 /// A table whose first column is the process, if there are several.
 class ProcessTable {
  public:
   ProcessTable(const Run& run, std::vector<std::string> header)
-      : several_(run.processes.size() > 1), table_(with("process", std::move(header))) {}
+      : several_(has_several_processes(run)), table_(with("process", std::move(header))) {}
   void add(const std::string& process, std::vector<std::string> row) {
     table_.add(with(process, std::move(row)));
   }

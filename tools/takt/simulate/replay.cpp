@@ -107,7 +107,8 @@ std::string replay_command(const SimulatedFile& file, const Scenario& scenario) 
 TracedScenario traced(const SystemDescription& system, SimulationOptions options,
                       const Scenario& scenario, const std::string& file) {
   options.overrides.trace_events = kMostTraceEvents;
-  TracedScenario result{.run = Simulation(system, options).run(scenario), .trace = {}};
+  const Simulation simulation(system, options);
+  TracedScenario result{.run = simulation.run(scenario), .trace = {}};
   TraceFrame frame;
   frame.end = kNever;
   for (const SimulatedRun::Change& change : result.run.changes) {
@@ -120,13 +121,14 @@ TracedScenario traced(const SystemDescription& system, SimulationOptions options
   }
   for (const ProcessResult::Thread& thread : result.run.result.threads) {
     const ThreadState& state = thread.statistics.in_force;
-    frame.scheduling.names[static_cast<std::uint32_t>(state.tid)] = state.name;
+    frame.scheduling.names[static_cast<std::uint32_t>(state.tid)] =
+        thread.process.empty() ? state.name : thread.process + "/" + state.name;
   }
   rt::Run run = rt::run_of(std::move(result.run.result));
   run.file = file;
   if (!run.trace) run.trace.emplace();
   result.trace = make_trace(
-      run, false, [](const rt::Run::Traced&) { return false; }, frame);
+      run, simulation.has_several_processes(), [](const rt::Run::Traced&) { return false; }, frame);
   result.trace.about["machine"] = "simulated";
   return result;
 }

@@ -93,6 +93,21 @@ TEST(ScenarioSearch, FindsNothingAboveABoundAndWhatItFindsIsRepeated) {
   EXPECT_GT(late, 0u);
 }
 
+TEST(ScenarioSearch, AWitnessMissesEachTime) {
+  std::uint64_t witnesses = 0;
+  for (std::uint64_t seed = 1; witnesses < testing::random_systems(5); ++seed) {
+    const SystemDescription system = random_one(seed);
+    const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 200ms});
+    for (const Worst& worst : search(simulation, 8)) {
+      if (worst.latency <= worst.deadline) continue;
+      const Scenario again = parse_scenario(to_string(worst.scenario));
+      for (int i = 0; i < 100; ++i)
+        ASSERT_EQ(latency_in(simulation, again, worst.chain), worst.latency) << seed;
+      ++witnesses;
+    }
+  }
+}
+
 /// Timers with priorities on one thread, whose bounds are exact.
 SystemDescription independent_callbacks(std::uint64_t seed) {
   std::mt19937_64 draws(seed);

@@ -482,10 +482,6 @@ TEST(Simulation, WhatCannotBeSimulatedIsRefusedByName) {
   text.replace(text.find("      executor: default"), 23,
                "      executor: default\n      parameters: {use_sim_time: true}");
   EXPECT_THAT(error(text), HasSubstr("which follows /clock (`use_sim_time`)"));
-  text = mute_file(machine) + "    - {component: takt::tools::Mute, name: other}\n";
-  text.replace(text.find("container:"), 10, "containers:\n-");
-  text.replace(text.find("    - {comp"), 0, "- name: more\n  components:\n");
-  EXPECT_THAT(error(text), HasSubstr("cannot simulate 2 processes"));
   EXPECT_THAT(error(batches_file("InBatches", 2)),
               HasSubstr("'/planner/plan/resumed' cannot be simulated: it is a coroutine"));
 }

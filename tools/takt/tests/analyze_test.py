@@ -120,10 +120,19 @@ with tempfile.TemporaryDirectory() as folder:
     in_time = write("in_time.yaml", stated + ROBOT.replace("DEADLINE", "20ms").replace(ACCEPTED, ""))
     status, output, errors = run(in_time, "--simulate", "6", "--suggest", "off")
     check("none found", "sense is late in none of 6 simulated runs of 10s\n" in output, output, errors)
-    several = ROBOT.replace("DEADLINE", "20ms").replace("container:\n  name: robot\n", "containers:\n- name: robot\n")
-    two = write("two.yaml", stated + several.replace("chains:", "- {name: more, components: [{component: takt::Workload, name: other}]}\nchains:"))
+    several = ROBOT.replace("DEADLINE", "3ms").replace("container:\n  name: robot\n", "containers:\n- name: robot\n")
+    two = write("two.yaml", stated + "topics: {/imu: {delay: {min: 100us, max: 300us}}}\n" +
+                several.replace("    - component: takt::Workload\n      name: planner", "- name: more\n  components:\n"
+                                "    - component: takt::Workload\n      name: planner"))
     status, output, errors = run(two, "--simulate", "6", "--suggest", "off")
-    check("what cannot be simulated is named", "\nnot simulated: " in output and "cannot simulate 2 processes" in output, output, errors)
+    takes = re.search(r"sense takes ([0-9.]+) ms in a simulation, its deadline is 3.000 ms", output)
+    witness = shlex.split((re.search(r"^sense is late in: takt (simulate .*)$", output, re.M) or ["", "simulate"])[1])
+    shown = run(*witness[1:], "--json", "-", command=witness[0])
+    check("a witness of two processes", status == 1 and takes and shown[0] == 1 and
+          json.loads(shown[1])["runs"][0]["chains"][0]["latency_us"]["max"] == 1000 * float(takes[1]), output, errors, shown)
+    spins = write("spins.yaml", stated + ROBOT.replace("DEADLINE", "20ms").replace("type: events", "type: events, spin: 10us"))
+    status, output, errors = run(spins, "--simulate", "6", "--suggest", "off")
+    check("what cannot be simulated is named", "\nnot simulated: " in output and "cannot simulate `spin`" in output, output, errors)
 
     plain = write("plain.yaml", ROBOT.replace("DEADLINE", "20ms").replace("policy: SCHED_FIFO, priority: 40, ", ""))
     status, output, errors = run(plain)

@@ -31,6 +31,21 @@ def names(kind):
     return {line.split()[0] for line in run("list", kind)[1].splitlines()}
 
 
+def write_eight(path):
+    """Eight threads on a CPU each, in two processes: each chain goes from one to the other."""
+    threads = ", ".join(f"t{cpu}: {{policy: SCHED_FIFO, priority: {40 + cpu % 3}, affinity: [{cpu}]}}" for cpu in range(8))
+    executors = ", ".join(f"e{cpu}: {{type: {('events', 'single_threaded')[cpu % 2]}, threads: [t{cpu}]}}" for cpu in range(8))
+    chains = ", ".join(f"{{name: c{i}, path: [n{i}/x{i}_timer, m{i}/x{i}]}}" for i in range(4))
+    senders = "".join(f"    - {{component: takt::Workload, name: n{i}, executor: e{2 * i}, parameters: {{publishers: "
+                      f"{{topic: [x{i}], period_us: [{7000 + 1000 * i}], work_us: [{900 + 100 * i}]}}}}}}\n" for i in range(4))
+    receivers = "".join(f"    - {{component: takt::Workload, name: m{i}, executor: e{2 * i + 1}, parameters: {{subscriptions: "
+                        f"{{topic: [x{i}], work_us: [{800 + 100 * i}]}}}}}}\n" for i in range(4))
+    pathlib.Path(path).write_text(
+        f"machine: {{cpus: 8, rt_runtime: 950ms}}\nthreads: {{{threads}}}\nexecutors: {{{executors}}}\nchains: [{chains}]\n"
+        f"topics: {{{', '.join(f'/x{i}: {{delay: {{min: {100 * i}us, max: 1ms}}}}' for i in range(4))}}}\n"
+        f"containers:\n- name: one\n  components:\n{senders}- name: two\n  components:\n{receivers}", encoding="utf-8")
+
+
 with tempfile.TemporaryDirectory() as folder:
     paths = [os.path.join(folder, f"{seed}.yaml") for seed in SEEDS]
     statuses = [run("random", "--seed", str(seed), "-o", path) for seed, path in zip(SEEDS, paths)]
@@ -45,6 +60,19 @@ with tempfile.TemporaryDirectory() as folder:
     one = str(min(os.sched_getaffinity(0)))
     elsewhere = subprocess.run(["taskset", "-c", one, "nice", takt, *words], env=environment, text=True, capture_output=True, timeout=120)
     check("a simulation is the same elsewhere", first[1] == elsewhere.stdout and first[1].count("chain_"), first, elsewhere.stderr)
+    write_eight("eight.yaml")
+    words = ["simulate", "eight.yaml", "--runs", "4", "--duration", "500ms", "--json", "-"]
+    eight = run(*words)
+    check("eight CPUs in two processes", eight[0] == 0 and json.loads(eight[1])["simulated"]["cpus"] == list(range(8)) and
+          all(chain["instances"] > 0 for chain in json.loads(eight[1])["runs"][0]["chains"]), eight)
+    hog = subprocess.Popen([sys.executable, "-c", "while True: pass"])
+    places = [["taskset", "-c", str(cpu)] for cpu in sorted(os.sched_getaffinity(0))] + [["nice", "-n", "19"], []]
+    for again in range(20):
+        place = places[again % len(places)]
+        there = subprocess.run([*place, takt, *words], env=environment, text=True, capture_output=True, timeout=120)
+        check("the same 20 times, beside a hog", there.stdout == eight[1], place, there.stderr)
+    hog.kill()
+    hog.wait()
     shown = json.loads(first[1])
     for chain in range(len(shown["runs"][0]["chains"])):
         worst = max(shown["runs"], key=lambda result: result["chains"][chain]["latency_us"]["max"] or 0)
