@@ -74,7 +74,7 @@ class ConformanceAction : public Conformance {
                 }};
   }
 
-  ManualClock clock_;
+  ManualClock clock_{TimePoint{}, virtual_cpus()};
   const std::unique_ptr<Executor> executor_ = make(clock_);
   const std::shared_ptr<Node> node_ = make_node(clock_);
   CancelResponse may_cancel_ = CancelResponse::accept;

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <latch>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <thread>
 #include <tuple>
@@ -35,6 +36,15 @@ TAKT_MESSAGE(Number, "test/msg/Number", value);
 inline int stress_rounds() {
   const char* rounds = std::getenv("TAKT_STRESS_ROUNDS");
   return rounds != nullptr ? std::atoi(rounds) : 10'000;
+}
+
+/// For manual clocks: those of a machine with so many CPUs that is simulated, as `./dev stress`
+/// says; else none, and each thread has one.
+inline std::vector<int> virtual_cpus() {
+  const char* const count = std::getenv("TAKT_VIRTUAL_CPUS");
+  std::vector<int> cpus(count != nullptr ? std::strtoul(count, nullptr, 10) : 0);
+  std::iota(cpus.begin(), cpus.end(), 0);
+  return cpus;
 }
 
 /// What the parameter of a test stands for: a registered executor, or a variant of one, whose name

@@ -359,7 +359,7 @@ TEST_P(ConformanceFileDescriptors, ServingThemAllocatesNothing) {
 // Under a manual clock a descriptor wakes nobody: it is asked whenever a worker looks.
 TEST_P(ConformanceFileDescriptors, UnderAManualClockTheyAreAskedAtPollingPoints) {
   if (wait() != "auto") GTEST_SKIP() << "a manual clock has its own way to wait";
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   NodeOptions options;
   options.clock = &clock;
   const auto node = std::make_shared<Node>("manual", options);

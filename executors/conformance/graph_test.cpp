@@ -347,7 +347,7 @@ TEST_P(ConformanceGraph, ParkedCallbacksFollowTheirNodeToTheNextExecutor) {
 }
 
 TEST_P(ConformanceGraph, AnExecutorMayGoBeforeItsNodesAndAfterThem) {
-  ManualClock clock;  // so the short-lived timer is never due
+  ManualClock clock{TimePoint{}, virtual_cpus()};  // so the short-lived timer is never due
   const auto node = make_node(clock);
   int ran = 0;
   auto guard = node->create_guard_condition("guard", [&] { ++ran; });

@@ -51,7 +51,7 @@ TEST_P(ConformanceGroups, CallbacksOfAnExclusiveGroupNeverRunAtTheSameTime) {
 
 // #3175: reentrant groups ran one callback at a time.
 TEST_P(ConformanceGroups, AReentrantGroupRunsInParallelWhereThereAreThreads) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock);
   const auto node = make_node(clock);
   const auto group = node->create_callback_group("parallel", CallbackGroupType::Reentrant);
@@ -112,7 +112,7 @@ TEST_P(ConformanceGroups, ABusyExclusiveGroupLosesNothingAndWakesNobody) {
 TEST_P(ConformanceGroups, WhatAnEarlierExecutorKeptOfAGroupIsNoneOfTheNextOnes) {
   if (is_frozen()) GTEST_SKIP() << "static: nothing is removed after the first spin";
   const auto order_after = [this](const std::string& scheduler_before) {
-    ManualClock clock;
+    ManualClock clock{TimePoint{}, virtual_cpus()};
     const auto node = make_node(clock);
     const auto larger = make_node(clock, "larger");
     std::vector<std::shared_ptr<GuardCondition>> others;
@@ -156,7 +156,7 @@ TEST_P(ConformanceGroups, WhatAnEarlierExecutorKeptOfAGroupIsNoneOfTheNextOnes) 
 
 // #2771, #3213: queues of events grew without bound while their messages were overwritten.
 TEST_P(ConformanceGroups, OverwrittenMessagesLeaveNoTrace) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock);
   const auto node = make_node(clock);
   std::vector<int> values;

@@ -50,7 +50,7 @@ TEST_P(ConformanceLifecycle, AnInactiveNodeRunsNothingAndWakesNobody) {
 }
 
 TEST_P(ConformanceLifecycle, TimersBeginTheirPhaseWithTheActiveState) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock, 1);
   const auto node = make_managed(clock);
   std::vector<int> starts_ms;
@@ -74,7 +74,7 @@ TEST_P(ConformanceLifecycle, TimersBeginTheirPhaseWithTheActiveState) {
 }
 
 TEST_P(ConformanceLifecycle, MessagesWaitForTheActiveState) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock, 1);
   const auto node = make_managed(clock);
   const auto peer = make_node(clock, "peer");
@@ -255,7 +255,7 @@ TAKT_INSTANTIATE_CONFORMANCE(ConformanceLifecycle);
 // ---- Not for every executor ----
 
 TEST(LifecycleWaitSet, IsNotWokenByWhatRests) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   NodeOptions options;
   options.clock = &clock;
   const auto node = std::make_shared<LifecycleNode>("managed", options);
@@ -280,7 +280,7 @@ TEST(LifecycleWaitSet, IsNotWokenByWhatRests) {
 
 // The inputs of a period are taken before its first callback runs.
 TEST(LifecycleTriggered, ACallbackThatDeactivatesTakesThePlaceOfTheOthersOfItsPeriod) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   NodeOptions options;
   options.clock = &clock;
   const auto node = std::make_shared<LifecycleNode>("managed", options);

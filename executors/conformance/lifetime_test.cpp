@@ -72,7 +72,7 @@ class ConformanceLifetime : public Conformance {
                 }};
   }
 
-  ManualClock clock_;
+  ManualClock clock_{TimePoint{}, virtual_cpus()};
   const std::unique_ptr<Executor> executor_ = make(clock_);
   const std::shared_ptr<Node> node_ = make_node(clock_);
   std::vector<std::string> trace_;

@@ -11,7 +11,7 @@ namespace {
 class ConformanceOrder : public Conformance {};
 
 TEST_P(ConformanceOrder, RunsWhatIsReadyInTheSchedulersOrder) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock, 1);
   const auto node = make_node(clock);
   std::vector<std::string> trace;
@@ -73,7 +73,7 @@ TEST_P(ConformanceOrder, RunsWhatIsReadyInTheSchedulersOrder) {
 // it looks for new messages between two of a snapshot.
 TEST_P(ConformanceOrder, ReadinessIsWhatTheTraitsSay) {
   if (is_isolated()) GTEST_SKIP() << "each thread has an order of its own";
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   ExecutorOptions options;
   options.name = "conformance";
   options.scheduler = "fixed_priority";
@@ -108,7 +108,7 @@ TEST_P(ConformanceOrder, ReadinessIsWhatTheTraitsSay) {
 
 TEST_P(ConformanceOrder, SpinAndSpinSomeKeepTheSameOrder) {
   const auto run = [&](bool with_spin) {
-    ManualClock clock;
+    ManualClock clock{TimePoint{}, virtual_cpus()};
     const auto executor = make(clock, 1);
     const auto node = make_node(clock);
     std::vector<std::string> trace;
@@ -148,7 +148,7 @@ TEST_P(ConformanceOrder, SpinAndSpinSomeKeepTheSameOrder) {
 
 TEST_P(ConformanceOrder, TheSameRunGivesTheSameTrace) {
   const auto run = [&] {
-    ManualClock clock;
+    ManualClock clock{TimePoint{}, virtual_cpus()};
     const auto executor = make(clock);
     std::vector<std::shared_ptr<Node>> nodes;
     std::vector<std::shared_ptr<void>> parts;
@@ -182,7 +182,7 @@ TEST_P(ConformanceOrder, TheSameRunGivesTheSameTrace) {
 // A ready callback is not overtaken for ever: #2360, #2702, Teper et al. (EMSOFT 2024).
 TEST_P(ConformanceOrder, TwoEqualTimersOfOneExclusiveGroupAlternate) {
   if (!takes_turns()) GTEST_SKIP() << kNoTurns;
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock);
   const auto node = make_node(clock);
   std::vector<char> trace;
@@ -200,7 +200,7 @@ TEST_P(ConformanceOrder, TwoEqualTimersOfOneExclusiveGroupAlternate) {
 TEST_P(ConformanceOrder, ASnapshotKeepsTheOrderOfWhatThreadsAndCallbacksAnnounce) {
   if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   if (is_event_driven() || is_isolated()) GTEST_SKIP() << "it serves no snapshots of the whole";
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock);
   const auto node = make_node(clock);
   std::vector<std::string> trace;
@@ -229,7 +229,7 @@ TEST_P(ConformanceOrder, ASnapshotKeepsTheOrderOfWhatThreadsAndCallbacksAnnounce
 // #2402, #392: a timer that is always ready starves the subscriptions.
 TEST_P(ConformanceOrder, ASlowTimerDoesNotStopSubscriptions) {
   if (!takes_turns()) GTEST_SKIP() << kNoTurns;
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock);
   const auto node = make_node(clock);
   int timers = 0, messages = 0;
@@ -253,7 +253,7 @@ TEST_P(ConformanceOrder, ASlowTimerDoesNotStopSubscriptions) {
 TEST_P(ConformanceOrder, HeavyAndLightSubscriptionsRunInTurnWhateverTheirOrder) {
   if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   for (const bool heavy_first : {true, false}) {
-    ManualClock clock;
+    ManualClock clock{TimePoint{}, virtual_cpus()};
     const auto executor = make(clock);
     const auto node = make_node(clock);
     int heavy = 0, light = 0;

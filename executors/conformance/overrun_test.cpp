@@ -27,7 +27,7 @@ class ConformanceOverrun : public Conformance {
     return {};
   }
 
-  ManualClock clock_;
+  ManualClock clock_{TimePoint{}, virtual_cpus()};
   std::shared_ptr<Node> node_ = make_node(clock_);
   std::vector<int> misses_, overruns_, starts_;
 };

@@ -29,7 +29,7 @@ class ConformanceServing : public Conformance {
     return {};
   }
 
-  ManualClock clock_;
+  ManualClock clock_{TimePoint{}, virtual_cpus()};
   std::shared_ptr<Node> node_ = make_node(clock_);
 };
 

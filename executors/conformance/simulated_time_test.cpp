@@ -13,7 +13,7 @@ class ConformanceSimulatedTime : public Conformance {
     simulated_.set(TimePoint(time));
     executor_->spin_all();
   }
-  ManualClock clock_;
+  ManualClock clock_{TimePoint{}, virtual_cpus()};
   SimulatedClock simulated_{clock_};
   const std::unique_ptr<Executor> executor_ = make(clock_);
   const std::shared_ptr<Node> node_ = make_node(simulated_);

@@ -128,7 +128,7 @@ TEST_P(ConformanceSpin, SpinOnceRunsOneCallbackAndWaitsForItNoLongerThanAsked) {
 
 // #471, #2462: what arrives during the call belongs to the next one.
 TEST_P(ConformanceSpin, SpinSomeRunsOnlyWhatWasReadyAtTheCall) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock);
   const auto node = make_node(clock);
   int ran = 0;
@@ -146,7 +146,7 @@ TEST_P(ConformanceSpin, SpinSomeRunsOnlyWhatWasReadyAtTheCall) {
 }
 
 TEST_P(ConformanceSpin, SpinSomeAndSpinAllBeginNothingAfterTheirTime) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock);
   const auto node = make_node(clock);
   int ran = 0;
@@ -166,7 +166,7 @@ TEST_P(ConformanceSpin, SpinSomeAndSpinAllBeginNothingAfterTheirTime) {
 }
 
 TEST_P(ConformanceSpin, SpinAllGoesOnUntilNothingIsReady) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock);
   const auto node = make_node(clock);
   int left = 10;

@@ -128,7 +128,7 @@ TEST_P(ConformanceSpinning, AWorkerThatSpinsIsNotWokenAndSaysWhatItCosts) {
 }
 
 TEST_P(ConformanceSpinning, UnderAManualClockItTakesNoTime) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make_spinning(clock);
   const auto node = make_node(clock);
   std::vector<int> starts_ms;

@@ -16,7 +16,7 @@ class ConformanceStarvation : public Conformance {};
 // its group is busy at each polling point.
 TEST_P(ConformanceStarvation, TheLastTimerOfTheCounterexampleRuns) {
   if (!takes_turns()) GTEST_SKIP() << kNoTurns;
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock, 2);
   const auto node = make_node(clock);
   std::vector<int> ran(4, 0);
@@ -58,7 +58,7 @@ TEST_P(ConformanceStarvation, TheLastTimerOfTheCounterexampleRuns) {
 // later. Otherwise two of them take turns forever, and the others starve.
 TEST_P(ConformanceStarvation, TimersOfOneExclusiveGroupThatAreAlwaysReadyTakeTurns) {
   if (!takes_turns()) GTEST_SKIP() << kNoTurns;
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock, 3);
   const auto node = make_node(clock);
   std::vector<int> ran(4, 0);
@@ -78,7 +78,7 @@ TEST_P(ConformanceStarvation, TimersOfOneExclusiveGroupThatAreAlwaysReadyTakeTur
 // #2645: of the two subscriptions of a node one got nothing; of two such nodes too.
 TEST_P(ConformanceStarvation, BothSubscriptionsOfABusyNodeAreServed) {
   if (!takes_turns()) GTEST_SKIP() << kNoTurns;
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock, 3);
   const auto producer = make_node(clock, "producer");
   const auto to_a = producer->create_publisher<Number>("a", 100);
@@ -216,7 +216,7 @@ class ConformanceWaiting : public Conformance {
 
   std::minstd_rand random_{5};
   unsigned long load_ = 0;
-  ManualClock clock_;
+  ManualClock clock_{TimePoint{}, virtual_cpus()};
   std::shared_ptr<Node> node_ = make_node(clock_);
   std::vector<std::size_t> groups_;  // of each callback
   std::vector<bool> is_busy_;        // each exclusive group

@@ -61,7 +61,7 @@ class ConformanceStatistics : public Conformance {
   }
   CallbackStatistics row(const std::string& callback) const { return row(*executor_, callback); }
 
-  ManualClock clock_{TimePoint(1s)};
+  ManualClock clock_{TimePoint(1s), virtual_cpus()};
   const std::unique_ptr<Executor> executor_ = make(clock_, 1);
   const std::shared_ptr<SlowNode> node_ = std::make_shared<SlowNode>("node", clock_);
 };

@@ -46,7 +46,7 @@ class Exclusive {
 
 class ConformanceTask : public Conformance {
  protected:
-  ManualClock clock_;
+  ManualClock clock_{TimePoint{}, virtual_cpus()};
   const std::unique_ptr<Executor> executor_ = make(clock_);
   const std::shared_ptr<Node> node_ = make_node(clock_);
   std::vector<std::string> trace_;

@@ -13,7 +13,7 @@ class ConformanceTime : public Conformance {};
 
 // #2771: after an overrun the missed releases came in a burst.
 TEST_P(ConformanceTime, AnOverrunningTimerKeepsItsPhaseAndOneRelease) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock);
   const auto node = make_node(clock);
   std::vector<int> starts_ms;
@@ -30,7 +30,7 @@ TEST_P(ConformanceTime, AnOverrunningTimerKeepsItsPhaseAndOneRelease) {
 }
 
 TEST_P(ConformanceTime, EachReleaseThatMayWaitIsServedAndTheOthersAreMissed) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock);
   const auto node = make_node(clock);
   std::vector<int> starts_ms;
@@ -49,7 +49,7 @@ TEST_P(ConformanceTime, EachReleaseThatMayWaitIsServedAndTheOthersAreMissed) {
 
 // #2375, #2803, #2889: timers lost, stopped or shifted by cancel and reset.
 TEST_P(ConformanceTime, CancelAndResetOfTimersMeanWhatTheySay) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock, 1);
   const auto node = make_node(clock);
   std::vector<std::string> trace;
@@ -83,7 +83,7 @@ TEST_P(ConformanceTime, CancelAndResetOfTimersMeanWhatTheySay) {
 
 // What is held runs neither by itself nor beside a callback that keeps its thread awake.
 TEST_P(ConformanceTime, HeldTimersDoNotRunBesideOthers) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock);
   const auto node = make_node(clock);
   int timers = 0, others = 0;
@@ -107,7 +107,7 @@ TEST_P(ConformanceTime, HeldTimersDoNotRunBesideOthers) {
 
 // #2535 in part: time that jumps. One clock per node is all that there is so far.
 TEST_P(ConformanceTime, AJumpOfTimeGivesOneReleaseAndCountsTheRest) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock);
   const auto node = make_node(clock);
   int ran = 0;
@@ -181,7 +181,7 @@ TEST_P(ConformanceTime, ThreadsHaveTheirAttributesBeforeTheFirstCallback) {
 
 // The envelope carries a chain: three nodes, one instance, the release of its root.
 TEST_P(ConformanceTime, AChainKeepsItsInstanceAndTheReleaseOfItsRoot) {
-  ManualClock clock;
+  ManualClock clock{TimePoint{}, virtual_cpus()};
   const auto executor = make(clock, 1);
   std::vector<std::pair<std::uint64_t, TimePoint>> steps;
   const auto note = [&] {
