@@ -5,15 +5,12 @@
 
 #include <exception>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <vector>
 
-#include "takt/base/guarded.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/containers/component_manager.hpp"
@@ -21,7 +18,6 @@
 #include "takt/containers/get_statistics.hpp"
 #include "takt/containers/lifecycle_manager.hpp"
 #include "takt/containers/loaded_component.hpp"
-#include "takt/containers/looks.hpp"
 #include "takt/containers/model/system_model.hpp"
 #include "takt/containers/one_sided_topics.hpp"
 #include "takt/containers/planning/plan.hpp"
@@ -34,14 +30,22 @@
 
 namespace TAKT_PUBLIC takt {
 
-class Diagnostics;
 class ExecutionModel;
-struct RunningExecutor;
+// What a container is made of.
+struct ContainerSetting;
 class RunningExecutors;
 class RunningTrace;
-class UnloadingThreads;
+struct Loaded;
+class ComponentList;
+class ContainerExecutors;
+class Guarantees;
 class BoundWatch;
-class Modes;
+class ContainerWatch;
+class TopicMatches;
+class MeasuredUsage;
+class ContainerLifecycle;
+class ContainerServices;
+class UnloadingThreads;
 
 /// Where components run under an executor type that overrides the file's.
 enum class Placement {
@@ -183,14 +187,9 @@ class Container {
   std::vector<EndpointState> endpoints() const;
 
   /// The chains of this process, and the executors and priorities assigned to them.
-  Plan plan() const {
-    const auto shared = shared_.lock();
-    Plan plan = shared->plan;
-    plan.look = shared->looks.begin();
-    return plan;
-  }
+  Plan plan() const;
   /// The description from the file, completed with the assigned executors and threads.
-  const SystemDescription& description() const noexcept { return description_; }
+  const SystemDescription& description() const noexcept;
   /// The name of the executor that runs the group.
   std::string executor_of(const Node& node, const CallbackGroup& group) const;
   /// The description of this process for the analysis of response times.
@@ -207,125 +206,26 @@ class Container {
   ProcessResult result() const;
 
  private:
-  struct Loaded;
-  class FirstCallbacks;
-  struct Components;
-  using Errors = std::vector<std::string>;
-  /// State that requests and other threads change, also during and after stop().
-  struct Shared {
-    std::vector<std::shared_ptr<Loaded>> components;
-    Looks looks;  // at these
-    Plan plan;
-    std::uint64_t last_id = 0;
-    std::vector<std::string> notes, failures;
-
-    std::shared_ptr<Loaded> find(std::string_view name) const;  // nullptr: there is none
-    /// Returns what must be destroyed without the lock.
-    [[nodiscard]] std::vector<Plan::Callback> forget(const Loaded& loaded);
-  };
-
-  void make_components();
-  std::unique_ptr<Component> construct(const ComponentDescription& component,
-                                       const NodeOptions& options) const;
-  std::shared_ptr<Loaded> make(const ComponentDescription& component, Errors& errors) const;
-  void choose_executors(ComponentDescription& component) const;
   void admit(const std::shared_ptr<Loaded>& loaded);
-  void check_topics();
-  std::string one_sided();
-  void require_matches(const std::vector<OneSidedTopic>& topics);
-  std::vector<std::string> unconfigured() const;
-  void make_chains();
-  void assign();
-  void make_executors();
-  void make_executor(const ExecutorDescription& executor);
-  bool needs_default_executor() const;
-  void place_components();
-  bool needs_manager() const;
-  void make_manager();
-  void make_lifecycle();
-  Executor& make_own_executor(const char* name, std::size_t threads = 1);
-  std::string own_name(const char* ending) const;
-  void serve(Loaded& loaded);
-  std::string executor_of(const Shared& shared, const Node& node, const CallbackGroup& group) const;
-  std::string executor_of(const Loaded& loaded, const CallbackGroup& group) const;
-  double utilisation_of(const Shared& shared, const std::string& executor) const;
-  Errors too_much_for_executors(const Shared& shared) const;
-  void add_callbacks(const Loaded& loaded, ModelledProcess& process) const;
-  Errors lost_guarantees(const Loaded& loaded) const;
-  Errors lost_guarantees(
-      const std::vector<std::pair<std::shared_ptr<Node>, CallbackParameterChanges>>& changes) const;
-  Errors lost_guarantees(const ModelledProcess& with, const std::string& how,
-                         const char* remedy) const;
-  void check_listed_callbacks();
-  void prepare_modes();
-  void check_demoted(const ModeDescription& mode, const ModeDescription::Callback& listed,
-                     const Plan::Callback& callback);
-  void lead_to_mode(std::size_t mode, const Plan::Callback& callback);
-  void begin_in(const std::string& mode);
-  void switch_mode();
-  void serve_as_in(std::size_t mode, const std::shared_ptr<Node>& node);
-  void serve_as_in_present_mode(const std::shared_ptr<Node>& node);
-  void place(const Loaded& loaded);
-  void displace(Loaded& loaded);
-  Components loaded_components() const;
-  void check_removable(const Loaded& loaded) const;
   std::shared_ptr<Loaded> begin_to_unload(std::uint64_t id);
   void remove(const std::shared_ptr<Loaded>& loaded);
-  void bring_down_rest();
   void end_components() noexcept;
-  void complete(Loaded& loaded);
-  void note(std::string text);
-  void displace_failed();
-  RunningExecutor& executor_for(const std::string& name) const;
-  bool has_thread(const std::string& name) const;
-  ThreadAttributes thread(const std::string& name) const;
-  double capacity_of(const ExecutorDescription& executor) const;
-  void make_bound_watch();
-  void begin_bound_watch();
-  void changed(const std::string& what);
-  void add_what_was_watched(ProcessResult& result) const;
-  std::vector<int> threads_of_callbacks() const;
-  void look_at_bounds(bool is_over = false);
-  bool handle(const FailedCallback& failed);
-  bool drain();
   std::exception_ptr end_executors() noexcept;
-  void begin_counting();
-  void end_counting();
-  void set_counted(ThreadStatistics& thread) const;
-  void complete_living(std::vector<GetStatistics::Callback>& callbacks) const;
 
-  SystemDescription description_;  // completed with what Takt assigns
-  const ContainerOverrides overrides_;
-  Errors errors_;  // of the set-up, before start
-  bool has_checked_matches_ = false;
-  std::shared_ptr<Participant> participant_;
-  std::vector<ThreadStatistics> dds_threads_;
-  std::map<int, ThreadStatistics> counted_;  // what the kernel has counted, by thread
-  std::shared_ptr<Watchdog> watchdog_;
-  const std::shared_ptr<Modes> modes_;  // components and handlers have it, too
-  const std::unique_ptr<RunningExecutors> executors_;
+  const std::unique_ptr<ContainerSetting> setting_;
+  const std::unique_ptr<RunningExecutors> running_;
   const std::unique_ptr<RunningTrace> trace_;
-  const std::unique_ptr<FirstCallbacks> first_callbacks_;
-  detail::Guarded<Shared> shared_;
-  std::unique_ptr<UnloadingThreads> unloading_threads_;
-  std::shared_ptr<Node> service_node_;
-  std::unique_ptr<ComponentManager> manager_;
-  std::unique_ptr<Rosout> rosout_;
-  std::unique_ptr<Diagnostics> diagnostics_;
-  std::shared_ptr<TimeSource> time_source_;  // of the components, if the service node follows it
-  std::shared_ptr<Node> lifecycle_node_;
-  std::shared_ptr<void> lifecycle_services_;  // of that node
-  std::unique_ptr<HeartbeatSender> heartbeats_;
-  std::unique_ptr<LifecycleManager> lifecycle_;  // in one process of the system
-  std::shared_ptr<GuardCondition> failed_;       // a failed component must leave its executors
-  std::shared_ptr<GuardCondition> mode_wanted_;  // another one than that in force
+  const std::unique_ptr<ComponentList> components_;
+  std::unique_ptr<ContainerExecutors> executors_;
+  const std::unique_ptr<Guarantees> guarantees_;
   std::vector<std::shared_ptr<Chain>> chains_;
-  detail::Guarded<std::unique_ptr<BoundWatch>> bound_watch_;  // nullptr: nothing is watched
-  TimePoint next_look_ = kNever;                              // at bounds
+  const std::unique_ptr<ContainerWatch> watch_;
+  const std::unique_ptr<TopicMatches> matches_;
+  const std::unique_ptr<MeasuredUsage> usage_;
+  const std::unique_ptr<ContainerLifecycle> lifecycle_;
+  const std::unique_ptr<ContainerServices> services_;
+  std::unique_ptr<UnloadingThreads> unloading_threads_;
   std::optional<CpuDmaLatency> dma_latency_;
-  TimePoint released_{}, held_{};
-  Nanoseconds cpu_time_{0};
-  std::uint64_t pss_kb_ = 0;
 };
 
 }  // namespace takt

@@ -1,12 +1,13 @@
-// The modes of a container: which callbacks they are about, and how they come into force.
+// Checks the modes of a file against the callbacks that there are.
 // SPDX-License-Identifier: Apache-2.0
 #include <map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "takt/containers/container_parts.hpp"
-#include "takt/containers/modes.hpp"
+#include "takt/base/error.hpp"
+#include "takt/containers/container_executors.hpp"
+#include "takt/containers/container_plan.hpp"
 #include "takt/sched/ranks.hpp"
 
 namespace takt {
@@ -30,13 +31,54 @@ std::string schedulers_that_heed_demotion() {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
+void check_demoted(ContainerSetting& setting, const ContainerExecutors& executors,
+                   const ModeDescription& mode, const ModeDescription::Callback& listed,
+                   const Plan::Callback& callback) {
+  const RunningExecutor& running =
+      executors.find(executors.name_for(*callback.node, *callback.entity->group()));
+  if (!running.description.library.empty()) return;  // it sees that, and decides itself
+  const std::string scheduler = scheduler_of(running.description);
+  if (heeds_demotion(scheduler, own_values_of(scheduler, setting.description))) return;
+  const std::string what = fmt::format(
+      "mode '{}' cannot demote '{}': executor '{}' has the order of '{}', which goes "
+      "by no urgency",
+      mode.name, listed.name, running.name, scheduler);
+  const bool is_overridden =
+      !setting.overrides.executor.empty() || !setting.overrides.scheduler.empty();
+  if (is_overridden) return setting.note(what);  // a comparison shows what another order does
+  setting.errors.push_back(
+      Error(what, fmt::format("choose one of the schedulers {}", schedulers_that_heed_demotion()),
+            listed.where)
+          .what());
+}
+
+void lead_to_mode(ContainerSetting& setting, std::size_t mode, const Plan::Callback& callback) {
+  const ModeDescription& described = setting.modes->all()[mode];
+  if (!may_overrun(callback)) {
+    setting.errors.push_back(
+        Error(fmt::format("mode '{}': '{}' never overruns, as it has no budget and "
+                          "no deadline",
+                          described.name, described.on_overrun->name),
+              "give it one of them", described.on_overrun->where)
+            .what());
+    return;
+  }
+  const CallbackParameters now = callback.node->callback_parameters(*callback.entity);
+  callback.node->set_callback_parameters(
+      {.callbacks = {
+           {callback.entity->name(),
+            {.on_deadline_miss = OverrunLeadsToMode{setting.modes, mode, now.on_deadline_miss},
+             .on_overrun = OverrunLeadsToMode{setting.modes, mode, now.on_overrun}}}}});
+}
+
 }  // namespace
 
-// The components are made, and no executor has their callbacks yet.
-void Container::prepare_modes() {
+void prepare_modes(ContainerSetting& setting, const ComponentList& components,
+                   const ContainerExecutors& executors) {
+  const std::vector<ModeDescription>& modes = setting.modes->all();
   std::map<std::string, Plan::Callback> callbacks;
   std::vector<std::string> names;
-  for (const Plan::Callback& callback : plan().callbacks) {
+  for (const Plan::Callback& callback : components.plan().callbacks) {
     if (callback.entity->name().find("/resumed") != std::string::npos) continue;  // it follows
     names.push_back(name_in_modes(callback.node, *callback.entity));
     callbacks.emplace(names.back(), callback);
@@ -44,18 +86,18 @@ void Container::prepare_modes() {
   const auto find = [&](const ModeDescription& mode, const ModeDescription::Callback& listed) {
     const auto found = callbacks.find(listed.name);
     if (found != callbacks.end()) return &found->second;
-    errors_.push_back(
+    setting.errors.push_back(
         Error(fmt::format("mode '{}': there is no callback '{}'", mode.name, listed.name),
               suggest(listed.name, names), listed.where)
             .what());
     return static_cast<Plan::Callback*>(nullptr);
   };
-  for (std::size_t i = 1; i < modes_->all().size(); ++i) {
-    const ModeDescription& mode = modes_->all()[i];
+  for (std::size_t i = 1; i < modes.size(); ++i) {
+    const ModeDescription& mode = modes[i];
     for (const ModeDescription::Callback& listed : mode.drop) {
       const Plan::Callback* const callback = find(mode, listed);
       if (callback == nullptr || may_be_dropped(*callback->entity)) continue;
-      errors_.push_back(
+      setting.errors.push_back(
           Error(fmt::format("mode '{}' cannot drop '{}', a {}: its clients would wait "
                             "for ever",
                             mode.name, listed.name, to_string(callback->entity->kind())),
@@ -64,84 +106,12 @@ void Container::prepare_modes() {
     }
     for (const ModeDescription::Callback& listed : mode.demote) {
       if (const Plan::Callback* const callback = find(mode, listed))
-        check_demoted(mode, listed, *callback);
+        check_demoted(setting, executors, mode, listed, *callback);
     }
     if (!mode.on_overrun) continue;
     if (const Plan::Callback* const callback = find(mode, *mode.on_overrun))
-      lead_to_mode(i, *callback);
+      lead_to_mode(setting, i, *callback);
   }
-}
-
-void Container::check_demoted(const ModeDescription& mode, const ModeDescription::Callback& listed,
-                              const Plan::Callback& callback) {
-  const RunningExecutor& running =
-      executor_for(executor_of(*callback.node, *callback.entity->group()));
-  if (!running.description.library.empty()) return;  // it sees that, and decides itself
-  const std::string scheduler = scheduler_of(running.description);
-  if (heeds_demotion(scheduler, own_values_of(scheduler, description_))) return;
-  const std::string what = fmt::format(
-      "mode '{}' cannot demote '{}': executor '{}' has the order of '{}', which goes "
-      "by no urgency",
-      mode.name, listed.name, running.name, scheduler);
-  const bool is_overridden = !overrides_.executor.empty() || !overrides_.scheduler.empty();
-  if (is_overridden) return note(what);  // a comparison shows what another order does
-  errors_.push_back(
-      Error(what, fmt::format("choose one of the schedulers {}", schedulers_that_heed_demotion()),
-            listed.where)
-          .what());
-}
-
-void Container::lead_to_mode(std::size_t mode, const Plan::Callback& callback) {
-  const ModeDescription& described = modes_->all()[mode];
-  if (!may_overrun(callback)) {
-    errors_.push_back(Error(fmt::format("mode '{}': '{}' never overruns, as it has no budget and "
-                                        "no deadline",
-                                        described.name, described.on_overrun->name),
-                            "give it one of them", described.on_overrun->where)
-                          .what());
-    return;
-  }
-  const CallbackParameters now = callback.node->callback_parameters(*callback.entity);
-  callback.node->set_callback_parameters(
-      {.callbacks = {{callback.entity->name(),
-                      {.on_deadline_miss = OverrunLeadsToMode{modes_, mode, now.on_deadline_miss},
-                       .on_overrun = OverrunLeadsToMode{modes_, mode, now.on_overrun}}}}});
-}
-
-void Container::begin_in(const std::string& mode) {
-  modes_->begin_in(mode);
-  for (const auto& loaded : loaded_components()) serve_as_in_present_mode(loaded->node());
-}
-
-void Container::set_mode(const std::string& mode) {
-  modes_->want(mode);
-  switch_mode();
-}
-
-std::string Container::mode() const {
-  return modes_->in_force();
-}
-
-void Container::switch_mode() {
-  modes_->follow(*overrides_.clock, [this](std::size_t mode) {
-    for (const auto& loaded : loaded_components()) serve_as_in(mode, loaded->node());
-    changed("the mode has changed");
-  });
-}
-
-void Container::serve_as_in_present_mode(const std::shared_ptr<Node>& node) {
-  if (description_.modes.empty()) return;
-  modes_->apply_present([&](std::size_t mode) { serve_as_in(mode, node); });
-}
-
-void Container::serve_as_in(std::size_t mode, const std::shared_ptr<Node>& node) {
-  CallbackParameterChanges changes;
-  for (const auto& entity : node->entities()) {
-    const Serving before = node->callback_parameters(*entity).serving.value_or(Serving::usual);
-    const Serving now = modes_->serving(mode, name_in_modes(node, *entity));
-    if (now != before) changes.callbacks[entity->name()].serving = now;
-  }
-  if (!changes.callbacks.empty()) node->set_callback_parameters(changes);
 }
 
 }  // namespace takt

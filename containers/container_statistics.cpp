@@ -9,10 +9,10 @@
 
 #include <unistd.h>
 
-#include "takt/containers/container_parts.hpp"
-#include "takt/containers/modes.hpp"
+#include "takt/containers/component_list.hpp"
+#include "takt/containers/container_watching.hpp"
 #include "takt/containers/process_usage.hpp"
-#include "takt/containers/watching/bound_watch.hpp"
+#include "takt/containers/running_trace.hpp"
 #include "takt/nodes/callback_info.hpp"
 
 namespace takt {
@@ -87,66 +87,15 @@ std::vector<GetStatistics::Topic> topics_of(const Response& response,
   return rows;
 }
 
-}  // namespace
-
-GetStatistics::Response Container::statistics() const {
-  Response now{.pid = getpid(),
-               .time_ns = Clock::steady().now().time_since_epoch().count(),
-               .cpu_time_ns = process_cpu_time().count()};
-  std::map<int, std::string> executor_of;
-  for (const auto& running : *executors_) {
-    if (!running->has_begun.load()) continue;
-    for (const int tid : running->executor->running_threads()) executor_of[tid] = running->name;
-    if (running->is_own) continue;
-    const ExecutorDescription& made = running->description;
-    now.executors.push_back({.name = running->name,
-                             .type = made.type,
-                             .scheduler = scheduler_of(made),
-                             .pending = running->executor->pending()});
-    for (const CallbackStatistics& counted : running->executor->statistics()) {
-      now.callbacks.push_back(row_of(running->name, counted));
-    }
-  }
-  now.threads = threads_now(executor_of);
-  complete_living(now.callbacks);
-  for (const auto& chain : chains_) {
-    const ChainStatistics counted = chain->statistics();
-    now.chains.push_back({.name = chain->options().name,
-                          .deadline_ns = chain->options().deadline.count(),
-                          .instances = counted.instances,
-                          .misses = counted.misses,
-                          .aborted = counted.aborted,
-                          .latency = GetStatistics::Times::of(counted.latency)});
-  }
-  now.topics = topics_of(now, endpoints());
-  if (const auto watch = bound_watch_.lock(); *watch != nullptr) {
-    now.watches_bounds = true;
-    for (const ProcessResult::Deviation& each : (*watch)->found()) {
-      now.deviations.push_back(
-          {.id = each.id, .text = each.text, .chains = each.chains, .count = each.count});
-    }
-  }
-  return now;
-}
-
-TraceContainer::Response Container::trace(const TraceContainer::Request& request) {
-  TraceContainer::Response answer = trace_->serve(request);
-  if (request.command != "stop" || !answer.success) return answer;
-  for (const ProcessResult::ModeSwitch& each : modes_->switches()) {
-    if (each.end_ns < answer.begin_ns || each.begin_ns > answer.end_ns) continue;
-    answer.modes.push_back({each.mode, each.cause, each.begin_ns, each.end_ns});
-  }
-  return answer;
-}
-
 // The parameters in force, which may change while it runs; and what executors keep for their
 // results of callbacks that are gone does not run any more.
-void Container::complete_living(std::vector<GetStatistics::Callback>& callbacks) const {
+void complete_living(const ComponentList& components,
+                     std::vector<GetStatistics::Callback>& callbacks) {
   std::multimap<std::pair<std::string, std::string>, std::size_t> rows;
   for (std::size_t i = 0; i < callbacks.size(); ++i)
     rows.emplace(std::pair{callbacks[i].node, callbacks[i].callback}, i);
   std::vector<GetStatistics::Callback> living;
-  for (const auto& loaded : loaded_components()) {
+  for (const auto& loaded : components.all()) {
     const Node& node = *loaded->node();
     for (const auto& entity : node.entities()) {
       const auto row = rows.find({node.fully_qualified_name(), entity->name()});
@@ -160,6 +109,52 @@ void Container::complete_living(std::vector<GetStatistics::Callback>& callbacks)
     }
   }
   callbacks = std::move(living);
+}
+
+}  // namespace
+
+GetStatistics::Response Container::statistics() const {
+  Response now{.pid = getpid(),
+               .time_ns = Clock::steady().now().time_since_epoch().count(),
+               .cpu_time_ns = process_cpu_time().count()};
+  std::map<int, std::string> executor_of;
+  for (const auto& running : *running_) {
+    if (!running->has_begun.load()) continue;
+    for (const int tid : running->executor->running_threads()) executor_of[tid] = running->name;
+    if (running->is_own) continue;
+    const ExecutorDescription& made = running->description;
+    now.executors.push_back({.name = running->name,
+                             .type = made.type,
+                             .scheduler = scheduler_of(made),
+                             .pending = running->executor->pending()});
+    for (const CallbackStatistics& counted : running->executor->statistics()) {
+      now.callbacks.push_back(row_of(running->name, counted));
+    }
+  }
+  now.threads = threads_now(executor_of);
+  complete_living(*components_, now.callbacks);
+  for (const auto& chain : chains_) {
+    const ChainStatistics counted = chain->statistics();
+    now.chains.push_back({.name = chain->options().name,
+                          .deadline_ns = chain->options().deadline.count(),
+                          .instances = counted.instances,
+                          .misses = counted.misses,
+                          .aborted = counted.aborted,
+                          .latency = GetStatistics::Times::of(counted.latency)});
+  }
+  now.topics = topics_of(now, endpoints());
+  watch_->add_to(now);
+  return now;
+}
+
+TraceContainer::Response Container::trace(const TraceContainer::Request& request) {
+  TraceContainer::Response answer = trace_->serve(request);
+  if (request.command != "stop" || !answer.success) return answer;
+  for (const ProcessResult::ModeSwitch& each : setting_->modes->switches()) {
+    if (each.end_ns < answer.begin_ns || each.begin_ns > answer.end_ns) continue;
+    answer.modes.push_back({each.mode, each.cause, each.begin_ns, each.end_ns});
+  }
+  return answer;
 }
 
 }  // namespace takt

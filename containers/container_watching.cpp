@@ -1,5 +1,6 @@
-// A container that compares what it does with what the analysis of its file assumes.
 // SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/container_watching.hpp"
+
 #include <algorithm>
 #include <set>
 
@@ -7,7 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "takt/base/available_cpus.hpp"
-#include "takt/containers/container_parts.hpp"
+#include "takt/base/error.hpp"
 #include "takt/containers/watching/bound_watch.hpp"
 
 namespace takt {
@@ -29,18 +30,25 @@ std::string other_cpus(const SystemDescription& description) {
 
 }  // namespace
 
-// The executors have the callbacks, but do not run them yet.
-void Container::make_bound_watch() {
+ContainerWatch::ContainerWatch(ContainerSetting& setting, const RunningExecutors& running,
+                               const Chains& chains)
+    : setting_(setting), running_(running), chains_(chains) {
+}
+
+ContainerWatch::~ContainerWatch() = default;
+
+void ContainerWatch::make(const ModelledProcess& process,
+                          const std::vector<PlannedChain>& planned) {
   std::optional<MeasuredModel> measured;
-  if (!description_.model.empty()) measured = read_measured_model(description_.model);
-  const ModelledProcess process = modelled();
-  const SystemModel model = make_system_model(description_, plan().chains, {&process, 1},
+  if (!setting_.description.model.empty())
+    measured = read_measured_model(setting_.description.model);
+  const SystemModel model = make_system_model(setting_.description, planned, {&process, 1},
                                               measured ? &*measured : nullptr);
   const ModelBounds bounds = analyze(model);
   const auto has_bound = [](const ModelBounds::Chain& chain) { return chain.bound.has_value(); };
   if (std::none_of(bounds.chains.begin(), bounds.chains.end(), has_bound)) {
     throw Error("no chain has a bound that could be watched", "`takt analyze` says why",
-                description_.file);
+                setting_.description.file);
   }
   for (const auto& chain : chains_) {
     for (std::size_t i = 0; i < model.chains.size(); ++i) {
@@ -49,8 +57,9 @@ void Container::make_bound_watch() {
     }
   }
   auto watch = std::make_unique<BoundWatch>(model, bounds, process);
-  if (const std::string other = other_cpus(description_); !other.empty()) watch->differs(other);
-  *bound_watch_.lock() = std::move(watch);
+  if (const std::string other = other_cpus(setting_.description); !other.empty())
+    watch->differs(other);
+  *watch_.lock() = std::move(watch);
   // It may be started otherwise than it was analysed: with another executor, or on other CPUs.
   for (std::size_t i = 0; i < model.chains.size(); ++i) {
     const SystemModel::Chain& chain = model.chains[i];
@@ -58,49 +67,61 @@ void Container::make_bound_watch() {
     if (chain.deadline == Nanoseconds::zero() || (bound.bound && *bound.bound <= chain.deadline)) {
       continue;
     }
-    note(fmt::format("chain '{}' has no guarantee as it runs here: {}", chain.name,
-                     bound.bound ? fmt::format("its bound is {}, and its deadline {}",
-                                               to_string(*bound.bound), to_string(chain.deadline))
-                                 : bound.why_not));
+    setting_.note(fmt::format("chain '{}' has no guarantee as it runs here: {}", chain.name,
+                              bound.bound
+                                  ? fmt::format("its bound is {}, and its deadline {}",
+                                                to_string(*bound.bound), to_string(chain.deadline))
+                                  : bound.why_not));
   }
 }
 
-std::vector<int> Container::threads_of_callbacks() const {
-  std::vector<int> result;
-  for (const auto& running : *executors_) {
-    if (running->is_own) continue;
-    const std::vector<int> its = running->executor->running_threads();
-    result.insert(result.end(), its.begin(), its.end());
-  }
-  return result;
-}
-
-void Container::begin_bound_watch() {
-  const auto watch = bound_watch_.lock();
+void ContainerWatch::begin() {
+  const auto watch = watch_.lock();
   if (*watch == nullptr) return;
-  (*watch)->begin(threads_of_callbacks());
+  (*watch)->begin(running_.threads_of_callbacks());
   next_look_ = later(Clock::steady().now(), kBetweenLooks);
 }
 
-TimePoint Container::watch_bounds() {
+TimePoint ContainerWatch::look_in_time() {
   if (Clock::steady().now() < next_look_) return next_look_;
-  look_at_bounds();
+  look();
   return next_look_ = later(Clock::steady().now(), kBetweenLooks);
 }
 
-void Container::look_at_bounds(bool is_over) {
+void ContainerWatch::look(bool is_over) {
   if (next_look_ == kNever) return;
-  const auto watch = bound_watch_.lock();
+  const auto watch = watch_.lock();
   std::vector<CallbackStatistics> callbacks;
-  for (const auto& running : *executors_) {
+  for (const auto& running : running_) {
     if (running->is_own || !running->has_begun.load()) continue;
     for (auto& each : running->executor->statistics()) callbacks.push_back(std::move(each));
   }
-  (*watch)->look(threads_of_callbacks(), callbacks, chains_, is_over);
+  (*watch)->look(running_.threads_of_callbacks(), callbacks, chains_, is_over);
 }
 
-void Container::changed(const std::string& what) {
-  if (const auto watch = bound_watch_.lock(); *watch != nullptr) (*watch)->changed(what);
+void ContainerWatch::changed(const std::string& what) {
+  if (const auto watch = watch_.lock(); *watch != nullptr) (*watch)->changed(what);
+}
+
+void ContainerWatch::add_to(ProcessResult& result) const {
+  const auto watch = watch_.lock();
+  if (*watch == nullptr) return;
+  for (const ProcessResult::Thread& thread : result.threads) {
+    const ThreadState& state = thread.statistics.in_force;
+    if (!state.refused.empty()) (*watch)->refused(state.name, state.refused);
+  }
+  result.deviations = (*watch)->found();
+  if (const std::string& how = (*watch)->note(); !how.empty()) result.notes.push_back(how);
+}
+
+void ContainerWatch::add_to(GetStatistics::Response& now) const {
+  const auto watch = watch_.lock();
+  if (*watch == nullptr) return;
+  now.watches_bounds = true;
+  for (const ProcessResult::Deviation& each : (*watch)->found()) {
+    now.deviations.push_back(
+        {.id = each.id, .text = each.text, .chains = each.chains, .count = each.count});
+  }
 }
 
 }  // namespace takt

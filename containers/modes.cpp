@@ -81,6 +81,22 @@ Serving Modes::serving(std::size_t mode, const std::string& callback) const {
   return goes_on ? Serving::demoted : Serving::dropped;
 }
 
+void Modes::serve_as_in(std::size_t mode, const std::shared_ptr<Node>& node) const {
+  CallbackParameterChanges changes;
+  for (const auto& entity : node->entities()) {
+    const Serving before = node->callback_parameters(*entity).serving.value_or(Serving::usual);
+    const Serving now = serving(mode, name_in_modes(node, *entity));
+    if (now != before) changes.callbacks[entity->name()].serving = now;
+  }
+  if (!changes.callbacks.empty()) node->set_callback_parameters(changes);
+}
+
+void Modes::serve_as_in_force(const std::shared_ptr<Node>& node) const {
+  if (modes_.size() == 1) return;
+  const std::lock_guard lock(mutex_);
+  serve_as_in(in_force_, node);
+}
+
 ModelledProcess Modes::modelled(std::size_t mode, ModelledProcess process) const {
   for (ModelledProcess::Callback& callback : process.callbacks) {
     CallbackParameters parameters = callback.parameters();

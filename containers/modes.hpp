@@ -70,12 +70,10 @@ class Modes {
       note(wanted, begin, clock.now());
     }
   }
-  /// `apply(number)` of the mode in force, which does not change meanwhile.
-  template <class Apply>
-  void apply_present(Apply&& apply) const {
-    const std::lock_guard lock(mutex_);
-    apply(in_force_);
-  }
+  /// Serves the callbacks of the node as the mode of this number says.
+  void serve_as_in(std::size_t mode, const std::shared_ptr<Node>& node) const;
+  /// As that in force says, which does not change meanwhile.
+  void serve_as_in_force(const std::shared_ptr<Node>& node) const;
 
   /// The process in the mode of this number, for make_system_model.
   ModelledProcess modelled(std::size_t mode, ModelledProcess process) const;

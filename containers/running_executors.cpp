@@ -24,6 +24,30 @@ RunningExecutor& RunningExecutors::named(const std::string& name) const {
                         [&](const auto& running) { return running->name == name; });
 }
 
+std::vector<std::string> RunningExecutors::names() const {
+  std::vector<std::string> names;
+  for (const auto& running : all_)
+    if (!running->is_own) names.push_back(running->name);
+  return names;
+}
+
+std::size_t RunningExecutors::pending() const noexcept {
+  std::size_t count = 0;
+  for (const auto& running : all_)
+    if (!running->is_own && !running->has_ended.load()) count += running->executor->pending();
+  return count;
+}
+
+std::vector<int> RunningExecutors::threads_of_callbacks() const {
+  std::vector<int> result;
+  for (const auto& running : all_) {
+    if (running->is_own) continue;
+    const std::vector<int> its = running->executor->running_threads();
+    result.insert(result.end(), its.begin(), its.end());
+  }
+  return result;
+}
+
 void RunningExecutors::start(Realtime realtime, Clock& clock, ExceptionHandler handler,
                              std::function<void()> on_failure) {
   const std::lock_guard lock(mutex_);

@@ -12,10 +12,11 @@
 #include <thread>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 #include "takt/executors/executor.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 struct RunningExecutor {
   std::string name;
@@ -42,6 +43,11 @@ class RunningExecutors {
   auto end() const noexcept { return all_.end(); }
   /// There is one with this name.
   RunningExecutor& named(const std::string& name) const;
+  /// Of these and the next two, the container's own ones are none: heartbeats keep them busy.
+  std::vector<std::string> names() const;
+  /// Callbacks that are ready or running.
+  std::size_t pending() const noexcept;
+  std::vector<int> threads_of_callbacks() const;
 
   /// Executors may begin. An exception of a callback goes to the handler, and what ends an executor
   /// to `on_failure`, on that executor's thread. If the clock has CPUs, each takes part in it

@@ -12,11 +12,12 @@
 #include <vector>
 
 #include "takt/base/trace_clock.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/containers/running_executors.hpp"
 #include "takt/containers/trace_container.hpp"
 #include "takt/containers/watching/scheduling.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// The trace of a running container. Thread safety: every method from any thread. Real-time: no;
 /// threads of executors store 88 bytes for each execution, and read their CPU time twice.

@@ -5,7 +5,7 @@
 #include <set>
 #include <utility>
 
-#include "takt/containers/container_parts.hpp"
+#include "takt/containers/container.hpp"
 #include "takt/transport/local_topics.hpp"
 
 namespace takt {

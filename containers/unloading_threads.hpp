@@ -13,9 +13,10 @@
 #include <utility>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// Threads that wait for the running callbacks of unloaded components. A task gets an idle thread,
 /// or a new one if all wait. Threads are kept until destruction: with locked memory, the kernel

@@ -57,7 +57,7 @@ struct JsonEndpoint {
 
 class WorkloadReader : private SystemReader {
  public:
-  explicit WorkloadReader(document::Errors& errors) : SystemReader(errors) {}
+  explicit WorkloadReader(Reading& file) : SystemReader(file) {}
 
   SystemDescription read(const Value& root) {
     errors_.passes(root.line, [] { components().check(kWorkload); });
@@ -350,11 +350,13 @@ class WorkloadReader : private SystemReader {
 
 std::vector<ReferenceSection> describe_workload() {
   document::Errors none("");
-  return WorkloadReader(none).describe_file();
+  Reading file{none};
+  return WorkloadReader(file).describe_file();
 }
 
 SystemDescription read_workload(const document::Value& root, document::Errors& errors) {
-  return WorkloadReader(errors).read(root);
+  Reading file{errors};
+  return WorkloadReader(file).read(root);
 }
 
 }  // namespace takt

@@ -47,36 +47,36 @@ std::string code(std::string_view text) {
 
 std::vector<ReferenceSection> SystemReader::describe(const Read& root) {
   described_by(root);
-  return std::move(sections_);
+  return std::move(reading_.sections);
 }
 
 bool SystemReader::describes(const std::string& value, const std::string& default_value) {
   if (!is_describing()) return false;
-  described_->value += (described_->value.empty() ? "" : ", or ") + value;
-  if (!default_value.empty()) described_->default_value = default_value;
+  reading_.described->value += (reading_.described->value.empty() ? "" : ", or ") + value;
+  if (!default_value.empty()) reading_.described->default_value = default_value;
   return true;
 }
 
 ReferenceKey SystemReader::described_by(const Read& read) {
   ReferenceKey place;
-  ReferenceKey* const outer = std::exchange(described_, &place);
+  ReferenceKey* const outer = std::exchange(reading_.described, &place);
   read({});
-  described_ = outer;
+  reading_.described = outer;
   return place;
 }
 
 void SystemReader::describe_map(std::string_view whose, const std::vector<Field>& fields) {
   describes(link(whose));
   const auto is_known = [&](const ReferenceSection& section) { return section.title == whose; };
-  if (std::any_of(sections_.begin(), sections_.end(), is_known)) return;
-  const std::size_t place = sections_.size();
-  sections_.push_back({std::string(whose), {}});
+  if (std::any_of(reading_.sections.begin(), reading_.sections.end(), is_known)) return;
+  const std::size_t place = reading_.sections.size();
+  reading_.sections.push_back({std::string(whose), {}});
   for (const Field& field : fields) {
     ReferenceKey key = described_by(field.read);
     key.key = field.key;
     key.meaning = field.meaning;
     key.is_required = field.is_required;
-    sections_[place].keys.push_back(std::move(key));
+    reading_.sections[place].keys.push_back(std::move(key));
   }
 }
 
@@ -234,7 +234,7 @@ SystemReader::Read SystemReader::into(int& target, int lowest, int highest) {
 SystemReader::Read SystemReader::without_default(std::function<Read()> make) {
   return [this, make = std::move(make)](const Value& value) {
     make()(value);
-    if (is_describing()) described_->default_value.clear();
+    if (is_describing()) reading_.described->default_value.clear();
   };
 }
 
@@ -281,9 +281,9 @@ SystemReader::Read SystemReader::into_topic(std::string& target) {
 void SystemReader::add(ComponentDescription component, int line) {
   if (!component.name.empty()) {
     const std::string name = full_name(component);
-    const auto [first, is_new] = component_lines_.try_emplace(name, line);
+    const auto [first, is_new] = reading_.component_lines.try_emplace(name, line);
     if (is_new) {
-      component_names_.push_back(name);
+      reading_.component_names.push_back(name);
     } else {
       errors_.add(line, fmt::format("the name '{}' is taken in line {}", name, first->second),
                   "give each component its own name or namespace");

@@ -25,6 +25,18 @@ namespace TAKT_INTERNAL takt {
 using IgnoresKey = bool (*)(std::string_view map, std::string_view key);
 inline constinit IgnoresKey ignored_key = nullptr;
 
+/// What the readers of one file share.
+struct Reading {
+  document::Errors& errors;
+  SystemDescription system = {};
+  std::map<std::string, int> component_lines = {};  // by full name
+  /// The full names of the components read so far, in the order of the file, without components
+  /// that the file does not name.
+  std::vector<std::string> component_names = {};
+  ReferenceKey* described = nullptr;  // the present key; nullptr: reading values
+  std::vector<ReferenceSection> sections = {};
+};
+
 /// Converts a document to a SystemDescription. It collects errors and continues, so that one run
 /// reports all of them. The same tables generate the reference: while describing, the reader visits
 /// every table without values, and each `Read` describes the values that it accepts.
@@ -42,7 +54,8 @@ class SystemReader {
     bool is_required = false;
   };
 
-  explicit SystemReader(document::Errors& errors) : errors_(errors) {}
+  explicit SystemReader(Reading& reading)
+      : errors_(reading.errors), system_(reading.system), reading_(reading) {}
 
   /// Reads a map in the order of `fields`, not of the file, so that names are defined before they
   /// are used. `whose` is the name of the map in errors: "a thread".
@@ -62,7 +75,7 @@ class SystemReader {
 
   /// Describes the keys of `root` instead of reading values.
   std::vector<ReferenceSection> describe(const Read& root);
-  bool is_describing() const noexcept { return described_ != nullptr; }
+  bool is_describing() const noexcept { return reading_.described != nullptr; }
   /// While describing, adds a permitted value to the present key, and returns true. Every `Read`
   /// for values calls it first, and reads nothing if it returns true.
   bool describes(const std::string& value, const std::string& default_value = {});
@@ -116,25 +129,16 @@ class SystemReader {
 
   /// Adds a component of this line; a second one with the same full name is an error.
   void add(ComponentDescription component, int line);
-  bool has_component(const std::string& full_name) const {
-    return component_lines_.contains(full_name);
-  }
-  /// The full names of the components read so far, in the order of the file, without components
-  /// that the file does not name.
-  const std::vector<std::string>& component_names() const { return component_names_; }
 
   document::Errors& errors_;
-  SystemDescription system_;
+  SystemDescription& system_;
 
  private:
   void describe_map(std::string_view whose, const std::vector<Field>& fields);
   // Describes one key with its reader.
   ReferenceKey described_by(const Read& read);
 
-  std::map<std::string, int> component_lines_;  // by full name
-  ReferenceKey* described_ = nullptr;           // the present key; nullptr: reading values
-  std::vector<ReferenceSection> sections_;
-  std::vector<std::string> component_names_;
+  Reading& reading_;
 };
 
 /// Reads one component; `executors` are the executor names that it may use. Throws Error, before it

@@ -71,7 +71,7 @@ std::string contradiction_of_arrivals(const MeasuredCallback& callback) {
 /// Reads a *.model.yaml.
 class ModelReader : private SystemReader {
  public:
-  explicit ModelReader(document::Errors& errors) : SystemReader(errors) {}
+  explicit ModelReader(Reading& file) : SystemReader(file) {}
 
   MeasuredModel read(const Value& root) {
     MeasuredModel model;
@@ -294,7 +294,8 @@ class ModelReader : private SystemReader {
 MeasuredModel read_measured_model(const std::string& path) {
   document::Errors errors(path);
   const document::Value root = document::read(path, errors);
-  MeasuredModel model = ModelReader(errors).read(root);
+  Reading file{errors};
+  MeasuredModel model = ModelReader(file).read(root);
   errors.throw_if_any();
   model.path = path;
   return model;

@@ -29,7 +29,7 @@ TEST_OF_ENVIRONMENT = "tools/takt/tests/environment_test.py"
 READS = re.compile(r'std::ifstream\b|\bfopen\([^;]*"r|\bBIO_new_file\(')
 READS_OF_THE_KERNEL = re.compile(r'ifstream[^;]*"/(?:proc|sys)/')
 # These read what the kernel, or takt itself, has written; the last one is given checked files.
-READERS = {"containers/container_result.cpp", "containers/process_usage.cpp", "measuring/machine.cpp",
+READERS = {"containers/measured_usage.cpp", "containers/process_usage.cpp", "measuring/machine.cpp",
            "tools/takt/bench/measure.cpp", "tools/takt/commands/selftest.cpp",
            "transport/shared_memory/roudi_process.cpp", "transport/shared_memory/shared_memory.cpp",
            "transport/dds/dds_security.cpp"}

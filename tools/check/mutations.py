@@ -54,7 +54,7 @@ MUTATIONS = {
     "memory of a child forgotten": ("tools/takt/run/processes.cpp", "‹    merge(all.run, one);›",
                                     "if (i == 0) one.processes.clear();\nmerge(all.run, one);",
                                     SYSTEM),
-    "CPU of DDS threads forgotten": ("containers/container_result.cpp",
+    "CPU of DDS threads forgotten": ("containers/measured_usage.cpp",
                                      "thread.cpu_time += «sign * usage->cpu_time»;",
                                      "0 * sign * usage->cpu_time",
                                      SHARED_MEMORY),
@@ -81,7 +81,7 @@ MUTATIONS = {
                                 "«callback.statistics.received + callback.statistics.skipped»;",
                                 "callback.statistics.received", RESULTS),
     "RSS shown as PSS": ("containers/process_usage.cpp", '«word == "Pss:"»', 'word == "Rss:"', USAGE),
-    "CPU of executors' threads halved": ("containers/container_result.cpp",
+    "CPU of executors' threads halved": ("containers/measured_usage.cpp",
                                          "thread.cpu_time = «counted->second.cpu_time»;", "counted->second.cpu_time / 2", SELFTEST),
     "a message's time after its copy": ("entities/publisher.hpp", "‹publish_copy(message, stamp());›",
                                         "publish_copy(message, {});", PUBLISHER),
@@ -212,9 +212,9 @@ MUTATIONS |= {
                                               "«seen != model.components.end() && seen->digest == component.digest»",
                                               "true", OF_COMMAND),
     "ignored: change: a callback gets other parameters": (
-        "containers/container_plan.cpp", "const Errors errors = «lost_guarantees(changes)»;", "Errors()", GUARANTEES),
+        "containers/container_loading.cpp", "const Guarantees::Errors errors = «guarantees_->lost_by(changes)»;", "Guarantees::Errors()", GUARANTEES),
     "ignored: change: a component is loaded": (
-        "containers/container_components.cpp", "Errors errors = «lost_guarantees(*loaded)»;", "Errors()", PLACING),
+        "containers/container_loading.cpp", "Guarantees::Errors errors = «guarantees_->lost_by(*loaded)»;", "Guarantees::Errors()", PLACING),
 }
 MUTATIONS |= {
     f"one of a hundred not recorded: {time}": (OBSERVED, f"‹{time}.record({value});›",

@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "takt/containers/configuration/configuration_reader.hpp"
+#include "takt/containers/configuration/keys/readers.hpp"
 
 namespace takt {
 
-void ConfigurationReader::read_chains(const Value& value) {
+void ChainReader::read(const Value& value) {
   if (describes("`auto`")) {
     return each_in_list([this](const Value& chain) { read_chain(chain); })(value);
   }
@@ -24,7 +24,7 @@ void ConfigurationReader::read_chains(const Value& value) {
   each_in_list([this](const Value& chain) { read_chain(chain); })(value);
 }
 
-void ConfigurationReader::read_chain(const Value& value) {
+void ChainReader::read_chain(const Value& value) {
   ChainDescription chain;
   std::set<std::pair<std::string, std::string>> steps;
   chain.where = errors_.where(value.line);
@@ -80,13 +80,13 @@ void ConfigurationReader::read_chain(const Value& value) {
 }
 
 // "node/callback". Namespaces and topics contain slashes, too: so compare with the node names.
-void ConfigurationReader::read_step(const Value& value, ChainDescription& chain,
-                                    std::set<std::pair<std::string, std::string>>& steps) {
+void ChainReader::read_step(const Value& value, ChainDescription& chain,
+                            std::set<std::pair<std::string, std::string>>& steps) {
   std::string text;
   into(text)(value);
   if (text.empty()) return;
   const std::string full = text.starts_with('/') ? text : "/" + text;
-  for (const std::string& name : component_names()) {
+  for (const std::string& name : file_.component_names) {
     if (full.size() <= name.size() + 1 || full[name.size()] != '/' || !full.starts_with(name)) {
       continue;
     }
@@ -99,7 +99,7 @@ void ConfigurationReader::read_step(const Value& value, ChainDescription& chain,
     return;
   }
   std::vector<std::string> nodes;
-  for (const std::string& name : component_names()) nodes.push_back(name.substr(1));
+  for (const std::string& name : file_.component_names) nodes.push_back(name.substr(1));
   errors_.add(value.line, fmt::format("'{}' names no component of this file", text),
               fmt::format("write node/callback; the nodes are {}", fmt::join(nodes, ", ")));
 }

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "takt/containers/component.hpp"
-#include "takt/containers/configuration/configuration_reader.hpp"
+#include "takt/containers/configuration/keys/readers.hpp"
 #include "takt/containers/configuration/parameter_file.hpp"
 
 namespace takt {
@@ -26,9 +26,30 @@ void add_parameters_of(const std::string& path, ComponentDescription& component)
   errors.throw_if_any();
 }
 
+template <class T>
+std::optional<T> item_of(const document::Value& value) {
+  if (const T* content = std::get_if<T>(&value.content)) return *content;
+  if constexpr (std::is_same_v<T, double>) {  // among other numbers, 1 is 1.0
+    if (const auto integer = item_of<std::int64_t>(value)) return static_cast<double>(*integer);
+  }
+  return {};
+}
+
+// The list as an array of T, if all of it is.
+template <class T>
+std::optional<ParameterValue> array_of(const document::List& list) {
+  std::vector<T> result;
+  for (const document::Value& value : list) {
+    const std::optional<T> item = item_of<T>(value);
+    if (!item) return {};
+    result.push_back(*item);
+  }
+  return result;
+}
+
 }  // namespace
 
-void ConfigurationReader::read_component(const Value& value) {
+void ComponentReader::read_component(const Value& value) {
   ComponentDescription component{.where = errors_.where(value.line)};
   std::string parameters_file;
   int line = 0;
@@ -75,7 +96,7 @@ void ConfigurationReader::read_component(const Value& value) {
 }
 
 // How the callbacks of a node are served, of a component as of a program.
-std::vector<SystemReader::Field> ConfigurationReader::serving_fields(ComponentDescription& node) {
+std::vector<SystemReader::Field> ComponentReader::serving_fields(ComponentDescription& node) {
   return {{"executor",
            "A name in `executors`, or `default`. By default, the executor of its chain, else "
            "`default`.",
@@ -83,11 +104,13 @@ std::vector<SystemReader::Field> ConfigurationReader::serving_fields(ComponentDe
           {"callback_groups",
            "Settings by name of the group. Each node has a group `default`; its code creates "
            "others.",
-           each_in_map([&](const Value& group) { read_group(group, node); })},
+           each_in_map([&](const Value& group) { CallbackReader(file_).read_group(group, node); })},
           {"callbacks",
            "Settings by name of the callback: a timer's name, or the topic or service in the code. "
            "They take precedence over those of the group.",
-           each_in_map([&](const Value& callback) { read_callback(callback, node); })},
+           each_in_map([&](const Value& callback) {
+             CallbackReader(file_).read_callback(callback, node);
+           })},
           {"on_exception",
            "Reaction to an exception from a callback. `terminate`: the container stops. "
            "`remove_node`: the component's node is removed from its executors. `ignore`: the "
@@ -98,7 +121,7 @@ std::vector<SystemReader::Field> ConfigurationReader::serving_fields(ComponentDe
 }
 
 // Its key is the full name.
-void ConfigurationReader::read_node(const Value& value) {
+void ComponentReader::read_node(const Value& value) {
   ComponentDescription node{.where = errors_.where(value.line)};
   if (!is_describing()) {
     const std::string full = value.name.starts_with('/') ? value.name : "/" + value.name;
@@ -110,30 +133,38 @@ void ConfigurationReader::read_node(const Value& value) {
   add(std::move(node), value.line);
 }
 
-// dlopen resolves a path from the current directory and a bare name in system folders only; the
-// file's own folder comes first here.
-void ConfigurationReader::read_library(const Value& value, std::string& library) {
-  into(library)(value);
-  if (library.empty()) return;
-  const std::string path = beside(library);
-  std::error_code too_long;  // for the name of a file
-  if (library.find('/') != std::string::npos || std::filesystem::exists(path, too_long)) {
-    library = path;
+std::optional<ParameterValue> ComponentReader::parameter_value(const Value& value) {
+  if (describes("`true` or `false`, integer, number, text, a list of one of these, or a map of "
+                "them")) {
+    return {};
   }
-  if (policy_ != nullptr) {
-    library = policy_->permitted(library);
-  } else {
-    system_.libraries.push_back(real_library(library));
+  const std::size_t errors = errors_.size();
+  document::check_is_unambiguous(value, errors_);
+  if (errors_.size() != errors) return {};
+  if (const auto* list = std::get_if<document::List>(&value.content)) {
+    std::optional<ParameterValue> array =
+        array_of<std::string>(*list);  // an empty one is of any type
+    if (!array) array = array_of<bool>(*list);
+    if (!array) array = array_of<std::int64_t>(*list);
+    if (!array) array = array_of<double>(*list);
+    if (!array) refuse(value, "items of one type: numbers, texts, or true and false");
+    return array;
   }
+  const auto take = [](const auto& content) -> std::optional<ParameterValue> {
+    using Content = std::decay_t<decltype(content)>;
+    if constexpr (std::is_same_v<Content, std::monostate>)
+      return {};
+    else if constexpr (std::is_constructible_v<ParameterValue, Content>)
+      return content;
+    return {};
+  };
+  std::optional<ParameterValue> result = std::visit(take, value.content);
+  if (!result) refuse(value, "a value, or leave it out");
+  return result;
 }
 
-// Paths in the file are relative to the file's folder.
-std::string ConfigurationReader::beside(const std::string& path) const {
-  return std::filesystem::absolute(errors_.file()).parent_path() / path;
-}
-
-void ConfigurationReader::read_parameters(const Value& map, const std::string& prefix,
-                                          ComponentDescription& component) {
+void ComponentReader::read_parameters(const Value& map, const std::string& prefix,
+                                      ComponentDescription& component) {
   each_in_map([&](const Value& value) {
     const std::string name = prefix + value.name;
     if (std::holds_alternative<document::Map>(value.content)) {
@@ -149,173 +180,11 @@ void ConfigurationReader::read_parameters(const Value& map, const std::string& p
   })(map);
 }
 
-void ConfigurationReader::read_remap(const Value& value, ComponentDescription& component) {
+void ComponentReader::read_remap(const Value& value, ComponentDescription& component) {
   std::string topic;
   into_topic(topic)(value);
   component.remap.try_emplace(value.name, topic);
   component.remap_lines.try_emplace(value.name, errors_.where(value.line));
-}
-
-void ConfigurationReader::read_group(const Value& value, ComponentDescription& component) {
-  CallbackGroupDescription group{.where = errors_.where(value.line)};
-  std::vector<Field> fields = parameter_fields(group.parameters);
-  fields.push_back({"executor",
-                    "A name in `executors`, or `default`. By default, the component's executor.",
-                    into_executor(group.executor)});
-  fields.push_back(waits_field(group.waits));
-  read_callback_map(value, "a callback group", fields, group.parameters);
-  component.callback_groups.try_emplace(value.name, std::move(group));
-}
-
-void ConfigurationReader::read_callback(const Value& value, ComponentDescription& component) {
-  CallbackDescription callback{.where = errors_.where(value.line)};
-  std::vector<Field> fields = parameter_fields(callback.parameters);
-  fields.push_back(
-      {"execution",
-       "Processor time of one execution, for `takt analyze`. A duration is the longest; `{min: "
-       "1ms, max: 4ms}` states the shortest, too.",
-       into_execution(callback.execution)});
-  fields.push_back(waits_field(callback.waits));
-  fields.push_back({"arrival",
-                    "How often it is called, if that is decided outside of this file: by other "
-                    "programs, services, file descriptors, guard conditions. For `takt analyze`.",
-                    into_arrival(callback.arrival)});
-  fields.push_back({"outputs",
-                    "When it publishes during an execution, for `takt analyze`: `end`, or `any`.",
-                    into(callback.publishes_at_end, {{"end", true}, {"any", false}})});
-  read_callback_map(value, "a callback", fields, callback.parameters);
-  component.callbacks.try_emplace(value.name, std::move(callback));
-}
-
-SystemReader::Field ConfigurationReader::waits_field(std::optional<Nanoseconds>& waits) {
-  return {"waits",
-          "The most that one execution waits, in all: for a lock, a device, a reply, a sleep. For "
-          "`takt analyze`: the thread runs nothing else meanwhile. By default, 0.",
-          [this, &waits](const Value& value) { into_duration(waits.emplace(), [] {})(value); }};
-}
-
-SystemReader::Read ConfigurationReader::into_execution(
-    std::optional<ExecutionDescription>& execution) {
-  return [this, &execution](const Value& value) {
-    ExecutionDescription described;
-    const auto check = [&described] {
-      if (described.longest == Nanoseconds::zero()) {
-        throw Error("an execution takes some time", "write more than 0");
-      }
-      if (described.least > described.longest) {
-        throw Error(fmt::format("its shortest execution, {}, is longer than its longest, {}",
-                                to_string(described.least), to_string(described.longest)),
-                    "exchange them");
-      }
-    };
-    either(into_duration(described.longest, check), [&](const Value& map) {
-      const std::size_t before = errors_.size();
-      read_map(map, "an execution",
-               {{"min", "The shortest. By default, 0.", into_duration(described.least, [] {})},
-                {"max", "The longest.", into_duration(described.longest, [] {}), true}});
-      if (errors_.size() == before && !is_describing()) errors_.passes(map.line, check);
-    })(value);
-    execution = described;
-  };
-}
-
-SystemReader::Read ConfigurationReader::into_arrival(std::optional<ArrivalDescription>& arrival) {
-  return [this, &arrival](const Value& value) {
-    ArrivalDescription& described = arrival.emplace();
-    const std::size_t before = errors_.size();
-    read_map(value, "an arrival",
-             {{"period", "The time from one to the next.", into_duration(described.period, [] {})},
-              {"jitter", "The most by which each is late.", into_duration(described.jitter, [] {})},
-              {"least_distance", "No two are closer, whatever the jitter.",
-               into_duration(described.least_distance, [] {})},
-              {"distances",
-               "Instead of the other keys: the least time from the first of 2, 3, … arrivals in a "
-               "row to the last of them, none less than the one before. Further ones follow.",
-               into_distances(described.distances)}});
-    if (is_describing() || errors_.size() != before) return;
-    errors_.passes(value.line, [&] {
-      if (described.distances.empty() == (described.period == Nanoseconds::zero())) {
-        throw Error("an arrival has either a period or distances", "write one of them");
-      }
-    });
-  };
-}
-
-SystemReader::Read ConfigurationReader::into_distances(std::vector<Nanoseconds>& distances) {
-  return [this, &distances](const Value& value) {
-    each_in_list([&](const Value& distance) {
-      Nanoseconds read{0};
-      into_duration(read, [] {})(distance);
-      if (is_describing()) return;
-      if (!distances.empty() && read < distances.back()) {
-        errors_.add(distance.line, "a distance is less than the one before it",
-                    "the first of more arrivals is not closer to the last one");
-      }
-      distances.push_back(read);
-    })(value);
-    if (is_describing() || distances.empty() || distances.back() > Nanoseconds::zero()) return;
-    errors_.add(value.line, "any number of arrivals may come at once", "add a distance above 0");
-  };
-}
-
-void ConfigurationReader::read_callback_map(const Value& value, std::string_view whose,
-                                            const std::vector<Field>& fields,
-                                            const CallbackParameters& parameters) {
-  const std::size_t before = errors_.size();
-  read_map(value, whose, fields);
-  if (errors_.size() == before) errors_.passes(value.line, [&] { parameters.check(); });
-}
-
-std::vector<SystemReader::Field> ConfigurationReader::parameter_fields(
-    CallbackParameters& parameters) {
-  const auto time = [this](std::optional<Nanoseconds>& target) -> Read {
-    return [this, &target](const Value& value) { into_duration(target.emplace(), [] {})(value); };
-  };
-  return {
-      {"priority",
-       "A larger number is more urgent. By default, what Takt assigns to callbacks of `chains`, "
-       "else 0. For the schedulers `fixed_priority` and `chain_priority`; [which callback runs "
-       "first](../explanation/priorities.md).",
-       into(parameters.priority)},
-      {"deadline",
-       "Relative deadline of the callback's end, from the publication or a timer's due time. "
-       "Not 0. For the schedulers `edf` and `least_laxity`. Misses are counted and reported.",
-       time(parameters.deadline)},
-      {"period", "Minimum time between two messages. Not 0. By default, the period of a timer.",
-       time(parameters.period)},
-      {"budget",
-       "Maximum execution time of the callback, in wall-clock time. Not 0, and at most "
-       "deadline and period. A longer execution is an overrun.",
-       time(parameters.budget)},
-      {"criticality",
-       "A larger number is more critical. By default, the priority of its chain, else 0. For "
-       "`chain_priority`.",
-       into(parameters.criticality)},
-      {"overrun",
-       "Reaction when the callback misses its deadline, exceeds its budget, or is a timer that "
-       "still runs at its next release; by default `catch_up`. `catch_up`: one of the missed "
-       "releases is served at once. `skip`: missed releases are dropped, and the timer keeps "
-       "its phase. `abort`: the chain instance ends, and its messages are not delivered. "
-       "`demote`: the callback runs after all others until one execution stays in time. Every "
-       "overrun is counted.",
-       into(parameters.overrun, overrun_policies())},
-      {"releases",
-       "How many releases of a timer may wait; by default 1, and those that come due meanwhile are "
-       "missed. With more, each is served, the oldest first; of those beyond, the oldest are "
-       "missed, and counted. Of no effect on other callbacks.",
-       into(parameters.releases, 1)}};
-}
-
-void ConfigurationReader::read_changes(const Value& value, CallbackParameterChanges& changes) {
-  const auto each = [this](auto& target) {
-    return each_in_map([this, &target](const Value& entry) {
-      CallbackParameters& parameters = target[entry.name];
-      read_callback_map(entry, "a callback", parameter_fields(parameters), parameters);
-    });
-  };
-  read_map(value, "a node",
-           {{"callback_groups", "Changes by name.", each(changes.callback_groups)},
-            {"callbacks", "Changes by name.", each(changes.callbacks)}});
 }
 
 }  // namespace takt

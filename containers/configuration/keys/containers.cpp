@@ -5,11 +5,11 @@
 #include <fmt/format.h>
 
 #include "takt/base/file_place.hpp"
-#include "takt/containers/configuration/configuration_reader.hpp"
+#include "takt/containers/configuration/keys/readers.hpp"
 
 namespace takt {
 
-void ConfigurationReader::read_containers(const Value& value) {
+void ContainerReader::read_containers(const Value& value) {
   std::map<std::string, int> lines;
   each_in_list([&](const Value& container) {
     const std::string name = read_container(container);
@@ -25,7 +25,15 @@ void ConfigurationReader::read_containers(const Value& value) {
   }
 }
 
-void ConfigurationReader::check_number_of_containers(const Value& root) {
+void ContainerReader::check(const Value& root) {
+  check_number_of_containers(root);
+  check_that_loading_can_be_asked_for(root);
+  if (system_.watches_bounds)
+    check_that_one_process_runs(root, *document::find(*document::find(root, "analysis"), "watch"));
+  if (!system_.modes.empty()) check_that_one_process_runs(root, *document::find(root, "modes"));
+}
+
+void ContainerReader::check_number_of_containers(const Value& root) {
   if (!std::holds_alternative<document::Map>(root.content)) return;
   const Value* one = document::find(root, "container");
   const Value* several = document::find(root, "containers");
@@ -41,7 +49,7 @@ void ConfigurationReader::check_number_of_containers(const Value& root) {
 }
 
 // The program makes its nodes, and decides all that this happens with.
-void ConfigurationReader::check_file_of_program(const Value& root, const Value& nodes) {
+void ContainerReader::check_file_of_program(const Value& root, const Value& nodes) {
   for (const std::string_view key :
        {"container", "containers", "dds", "topics", "lifecycle", "model", "priorities"}) {
     if (const Value* other = document::find(root, key)) {
@@ -56,7 +64,7 @@ void ConfigurationReader::check_file_of_program(const Value& root, const Value& 
   }
 }
 
-void ConfigurationReader::check_that_loading_can_be_asked_for(const Value& root) {
+void ContainerReader::check_that_loading_can_be_asked_for(const Value& root) {
   const Value* only = document::find(root, "container");
   if (const Value* several = document::find(root, "containers")) {
     const auto* list = std::get_if<document::List>(&several->content);
@@ -68,7 +76,7 @@ void ConfigurationReader::check_that_loading_can_be_asked_for(const Value& root)
               "remove 'load', or add the key 'dds'");
 }
 
-std::string ConfigurationReader::read_container(const Value& value) {
+std::string ContainerReader::read_container(const Value& value) {
   const std::size_t before = system_.components.size();
   const Value* place = document::find(value, "components");
   std::string name = "takt";
@@ -87,7 +95,8 @@ std::string ConfigurationReader::read_container(const Value& value) {
         "process on the domain. See [security](../explanation/security.md).",
         into_load(load)},
        {"components", "At least one.",
-        each_in_list([this](const Value& item) { read_component(item); }), true}});
+        each_in_list([this](const Value& item) { ComponentReader(file_).read_component(item); }),
+        true}});
   if (place != nullptr && std::holds_alternative<document::List>(place->content) &&
       system_.components.size() == before) {
     errors_.add(place->line, fmt::format("the container '{}' is empty", name),
@@ -102,7 +111,21 @@ std::string ConfigurationReader::read_container(const Value& value) {
   return name;
 }
 
-SystemReader::Read ConfigurationReader::into_load(LoadPolicy& load) {
+// Each process would know only its own part of the system, and a program more than that.
+void ContainerReader::check_that_one_process_runs(const Value& root, const Value& value) {
+  const auto refuse = [&](const std::string& why) {
+    errors_.add(value.line, fmt::format("`{}` is for a file with one process: {}", value.name, why),
+                "leave it out");
+  };
+  if (document::find(root, "nodes") != nullptr) refuse("this one is for a program");
+  std::set<std::string> containers;
+  for (const ComponentDescription& component : system_.components) {
+    containers.insert(component.container);
+  }
+  if (containers.size() > 1) refuse(fmt::format("there are {}", containers.size()));
+}
+
+SystemReader::Read ContainerReader::into_load(LoadPolicy& load) {
   const Read word = into(load.kind, {{"off", LoadPolicy::Kind::off},
                                      {"index", LoadPolicy::Kind::index},
                                      {"any", LoadPolicy::Kind::any}});
@@ -134,12 +157,12 @@ SystemReader::Read ConfigurationReader::into_load(LoadPolicy& load) {
   });
 }
 
-void ConfigurationReader::read_folder(const Value& value, LoadPolicy& load) {
+void ContainerReader::read_folder(const Value& value, LoadPolicy& load) {
   std::string folder;
   into_checked(folder, [&] { load.folders.push_back(real_folder(beside(folder))); })(value);
 }
 
-SystemReader::Read ConfigurationReader::into_restart(RestartOptions& restart) {
+SystemReader::Read ContainerReader::into_restart(RestartOptions& restart) {
   const Read policy = into(restart.policy, {{"never", RestartOptions::Policy::never},
                                             {"on_failure", RestartOptions::Policy::on_failure},
                                             {"always", RestartOptions::Policy::always}});

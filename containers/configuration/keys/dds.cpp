@@ -5,11 +5,11 @@
 #include <fmt/format.h>
 
 #include "takt/base/regular_file.hpp"
-#include "takt/containers/configuration/configuration_reader.hpp"
+#include "takt/containers/configuration/keys/readers.hpp"
 
 namespace takt {
 
-void ConfigurationReader::read_dds(const Value& value) {
+void DdsReader::read(const Value& value) {
   // The environment's domain counts, and may be wrong, only where the file names none.
   DdsOptions& dds = system_.dds.emplace(
       document::find(value, "domain") != nullptr ? DdsOptions{.domain = 0} : DdsOptions{});
@@ -58,7 +58,7 @@ void ConfigurationReader::read_dds(const Value& value) {
         "SCHED_DEADLINE is an error, because threads cannot inherit it.",
         [&](const Value& name) {
           into(threads)(name);
-          if (!threads.empty()) dds.threads = threads_.find(threads, name.line);
+          if (!threads.empty()) dds.threads = file_.threads.find(threads, name.line);
           errors_.passes(name.line, [&] { dds.check(); });
         }},
        {"security",
@@ -67,7 +67,7 @@ void ConfigurationReader::read_dds(const Value& value) {
         [&](const Value& security) { read_security(security, dds.security.emplace()); }}});
 }
 
-void ConfigurationReader::read_security(const Value& value, DdsSecurity& security) {
+void DdsReader::read_security(const Value& value, DdsSecurity& security) {
   const PemFile certificate{"BEGIN CERTIFICATE", "a certificate in PEM form"};
   const PemFile key{"PRIVATE KEY", "a private key in PEM form, without a password"};
   const PemFile document{"multipart/signed", "a document signed by `openssl smime -sign`"};
@@ -98,7 +98,7 @@ void ConfigurationReader::read_security(const Value& value, DdsSecurity& securit
 }
 
 // Checks the kind of the file here, because Cyclone's error does not name the wrong file.
-SystemReader::Read ConfigurationReader::into_file(std::string& path, PemFile wanted) {
+SystemReader::Read DdsReader::into_file(std::string& path, PemFile wanted) {
   return into_checked(path, [this, &path, wanted] {
     const std::string file = beside(path);
     std::string begin(1 << 16, '\0');
@@ -117,11 +117,11 @@ SystemReader::Read ConfigurationReader::into_file(std::string& path, PemFile wan
 }
 
 // The defaults of these depend on the environment, so the reference must not show them.
-SystemReader::Read ConfigurationReader::into_domain(int& domain) {
+SystemReader::Read DdsReader::into_domain(int& domain) {
   return without_default([this, &domain] { return into(domain, 0, 230); });
 }
 
-SystemReader::Read ConfigurationReader::into_discovery(DiscoveryRange& discovery) {
+SystemReader::Read DdsReader::into_discovery(DiscoveryRange& discovery) {
   return without_default([this, &discovery] {
     return into(discovery, {{"localhost", DiscoveryRange::localhost},
                             {"subnet", DiscoveryRange::subnet},

@@ -6,7 +6,7 @@
 
 #include "takt/base/available_cpus.hpp"
 #include "takt/base/time.hpp"
-#include "takt/containers/configuration/configuration_reader.hpp"
+#include "takt/containers/configuration/keys/readers.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/executors/spin_always.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
@@ -91,11 +91,21 @@ void try_to_make(const std::string& type, const ExecutorOptions& options) {
   }
 }
 
+// Of all executors, on the CPUs that they are for.
+void check_reservations(const std::vector<ThreadAttributes>& threads,
+                        const MachineDescription& machine) {
+  if (machine.cpus.empty()) return check_admission(threads);
+  const Nanoseconds second = std::chrono::seconds(1);
+  const std::chrono::duration<double> granted =
+      machine.rt_runtime.value_or(second - throttled_realtime());
+  check_admission(threads, static_cast<double>(machine.cpus.size()) * granted.count());
+}
+
 }  // namespace
 
 // The library says which keys it brings, so it is loaded before the map is read; and it is checked
 // with their values.
-void ConfigurationReader::read_scheduler(const Value& value) {
+void ExecutorReader::read_scheduler(const Value& value) {
   const auto load = [&](const Value& place) {
     std::string library;
     read_library(place, library);
@@ -106,7 +116,7 @@ void ConfigurationReader::read_scheduler(const Value& value) {
       if (each.name != place.name) own.push_back(own_value(each));
     }
     if (!errors_.passes(place.line, [&] { load_scheduler(value.name, library, own); })) {
-      broken_.insert("scheduler " + value.name);
+      file_.broken.insert("scheduler " + value.name);
     }
   };
   std::vector<Field> fields = {
@@ -122,13 +132,13 @@ void ConfigurationReader::read_scheduler(const Value& value) {
   read_map(value, "a scheduler", fields);
 }
 
-void ConfigurationReader::read_wait_backend(const Value& value) {
+void ExecutorReader::read_wait_backend(const Value& value) {
   const auto load = [&](const Value& place) {
     std::string library;
     read_library(place, library);
     if (library.empty()) return;
     if (!errors_.passes(place.line, [&] { load_wait_backend(value.name, library); })) {
-      broken_.insert("wait back end " + value.name);
+      file_.broken.insert("wait back end " + value.name);
     }
   };
   read_map(
@@ -136,11 +146,11 @@ void ConfigurationReader::read_wait_backend(const Value& value) {
       {{"library", "A shared library. It is found as the library of a scheduler is.", load, true}});
 }
 
-std::vector<SystemReader::Field> ConfigurationReader::executor_fields(ExecutorDescription& executor,
-                                                                      Threads& threads,
-                                                                      bool& is_sound) {
+std::vector<SystemReader::Field> ExecutorReader::executor_fields(ExecutorDescription& executor,
+                                                                 Threads& threads, bool& is_sound) {
   const auto of_library = [&](const char* noun, std::string& name, auto instead, auto check) {
-    return noting(is_sound, into_checked(name, unless_broken(broken_, noun, name, instead, check)));
+    return noting(is_sound,
+                  into_checked(name, unless_broken(file_.broken, noun, name, instead, check)));
   };
   // If it is not sound, its library is reported already.
   const auto find_it = [&] { return is_sound ? find_type(executor) : void(); };
@@ -197,19 +207,19 @@ std::vector<SystemReader::Field> ConfigurationReader::executor_fields(ExecutorDe
            [&](const Value& thread) { read_executors_thread(thread, executor, threads); })}};
 }
 
-void ConfigurationReader::read_executors_thread(const Value& thread, ExecutorDescription& executor,
-                                                Threads& threads) {
+void ExecutorReader::read_executors_thread(const Value& thread, ExecutorDescription& executor,
+                                           Threads& threads) {
   std::string name;
   into(name)(thread);
   if (name.empty()) return;
-  for (const std::string& member : threads_.of_executor(name, executor, thread.line)) {
+  for (const std::string& member : file_.threads.of_executor(name, executor, thread.line)) {
     executor.threads.push_back(member);
-    threads.push_back(threads_.find(member, thread.line));
-    executors_threads_.push_back(threads.back());
+    threads.push_back(file_.threads.find(member, thread.line));
+    file_.executors_threads.push_back(threads.back());
   }
 }
 
-void ConfigurationReader::read_executor(const Value& value) {
+void ExecutorReader::read_executor(const Value& value) {
   ExecutorDescription executor;
   executor.name = value.name;
   executor.where = errors_.where(value.line);
@@ -250,29 +260,35 @@ void ConfigurationReader::read_executor(const Value& value) {
   }
   ExecutorOptions options = options_of(executor);
   options.threads = std::move(threads);
-  if (names_cpus_) {
+  if (file_.names_cpus) {
     for (ThreadAttributes& thread : options.threads) {
       if (!thread.affinity.empty()) thread.affinity = {available_cpus().front()};
     }
   }
   if (is_sound) errors_.passes(value.line, [&] { try_to_make(executor.type, options); });
-  executors_.insert(executor.name);
+  file_.executors.insert(executor.name);
   system_.executors.push_back(std::move(executor));
 }
 
 // Each executor has checked its own threads; this is about all of them.
-void ConfigurationReader::check_spinning_threads() {
+void ExecutorReader::check_threads(const Value& executors) {
+  errors_.passes(executors.line,
+                 [&] { check_reservations(file_.executors_threads, system_.machine); });
+  if (errors_.size() == 0) errors_.passes(executors.line, [this] { check_spinning_threads(); });
+}
+
+void ExecutorReader::check_spinning_threads() {
   std::vector<ThreadAttributes> spinning, others;
   std::set<std::string> names;
   for (const ExecutorDescription& executor : system_.executors) {
     if (executor.spin != kSpinAlways) continue;
     for (const std::string& name : executor.threads) {
-      spinning.push_back(threads_.all().at(name).attributes);
+      spinning.push_back(file_.threads.all().at(name).attributes);
     }
     if (executor.threads.empty()) spinning.push_back({.name = executor.name});
     names.insert(executor.threads.begin(), executor.threads.end());
   }
-  for (const auto& [name, thread] : threads_.all()) {
+  for (const auto& [name, thread] : file_.threads.all()) {
     if (!names.contains(name)) others.push_back(thread.attributes);
   }
   check_spin_always(spinning, others);
@@ -286,7 +302,7 @@ void ConfigurationReader::check_spinning_threads() {
   }
 }
 
-SystemReader::Read ConfigurationReader::into_trigger(TriggerOptions& trigger) {
+SystemReader::Read ExecutorReader::into_trigger(TriggerOptions& trigger) {
   const Read word =
       into(trigger.kind, {{"any", TriggerOptions::Kind::any}, {"all", TriggerOptions::Kind::all}});
   return either(
@@ -303,14 +319,6 @@ SystemReader::Read ConfigurationReader::into_trigger(TriggerOptions& trigger) {
                  {{"one", "`node/callback`: serve when this callback is ready.", into(trigger.one),
                    true}});
       });
-}
-
-SystemReader::Read ConfigurationReader::into_executor(std::string& target) {
-  return into_checked(target, [this, &target] {
-    if (executors_.contains(target)) return;
-    throw Error(fmt::format("no executor is called '{}'", target),
-                suggest(target, std::vector(executors_.begin(), executors_.end())));
-  });
 }
 
 }  // namespace takt

@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
-#include "takt/containers/configuration/configuration_reader.hpp"
+#include "takt/containers/configuration/keys/readers.hpp"
 
 namespace takt {
 
-void ConfigurationReader::read_lifecycle(const Value& value) {
+void LifecycleReader::read(const Value& value) {
   LifecycleDescription& lifecycle = system_.lifecycle.emplace();
   lifecycle.where = errors_.where(value.line);
   read_map(
@@ -47,31 +47,31 @@ void ConfigurationReader::read_lifecycle(const Value& value) {
   }
 }
 
-LifecycleDescription::ManagedNode* ConfigurationReader::find_managed(
-    LifecycleDescription& lifecycle, std::string_view name) {
+LifecycleDescription::ManagedNode* LifecycleReader::find_managed(LifecycleDescription& lifecycle,
+                                                                 std::string_view name) {
   const auto found = std::find_if(lifecycle.bring_up.begin(), lifecycle.bring_up.end(),
                                   [&](const auto& node) { return node.name == name; });
   return found != lifecycle.bring_up.end() ? &*found : nullptr;
 }
 
 // The full name of the component's node; adds an error and returns "" if there is none.
-std::string ConfigurationReader::find_node(const Value& value) {
+std::string LifecycleReader::find_node(const Value& value) {
   std::string name;
   into(name)(value);
   if (name.empty()) return {};
   return find_node(value.line, name);
 }
 
-std::string ConfigurationReader::find_node(int line, const std::string& name) {
+std::string LifecycleReader::find_node(int line, const std::string& name) {
   const std::string full = name.starts_with('/') ? name : "/" + name;
-  if (has_component(full)) return full;
-  errors_.add(
-      line, fmt::format("no component of this file is called '{}'", name),
-      component_names().empty() ? "give components a 'name'" : suggest(full, component_names()));
+  if (file_.component_lines.contains(full)) return full;
+  errors_.add(line, fmt::format("no component of this file is called '{}'", name),
+              file_.component_names.empty() ? "give components a 'name'"
+                                            : suggest(full, file_.component_names));
   return {};
 }
 
-void ConfigurationReader::read_dependencies(const Value& value, LifecycleDescription& lifecycle) {
+void LifecycleReader::read_dependencies(const Value& value, LifecycleDescription& lifecycle) {
   if (describes("list, each text")) return;
   const std::string name = find_node(value.line, value.name);
   if (name.empty()) return;

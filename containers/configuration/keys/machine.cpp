@@ -5,11 +5,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "takt/containers/configuration/configuration_reader.hpp"
+#include "takt/containers/configuration/keys/readers.hpp"
 
 namespace takt {
 
-void ConfigurationReader::read_machine(const Value& value) {
+void MachineReader::read(const Value& value) {
   MachineDescription& machine = system_.machine;
   read_map(
       value, "a machine",
@@ -31,7 +31,7 @@ void ConfigurationReader::read_machine(const Value& value) {
         into(machine.is_exclusive)}});
 }
 
-void ConfigurationReader::read_overheads(const Value& value) {
+void MachineReader::read_overheads(const Value& value) {
   MachineDescription& machine = system_.machine;
   const auto publishing = [&](const Value& map) {
     read_map(map, "a publishing overhead",
@@ -57,13 +57,13 @@ void ConfigurationReader::read_overheads(const Value& value) {
 }
 
 // A thread whose CPUs the machine does not have would be analysed on one that nobody described.
-void ConfigurationReader::check_cpus_of_threads() {
+void MachineReader::check_cpus_of_threads() {
   const std::vector<int>& cpus = system_.machine.cpus;
   if (cpus.empty()) return;
   for (const ThreadDescription& thread : system_.threads) {
     for (const int cpu : thread.attributes.affinity) {
       if (std::find(cpus.begin(), cpus.end(), cpu) != cpus.end()) continue;
-      errors_.add(threads_.all().at(thread.attributes.name).line,
+      errors_.add(file_.threads.all().at(thread.attributes.name).line,
                   fmt::format("thread '{}' is bound to CPU {}, which is none of `machine: cpus`",
                               thread.attributes.name, cpu),
                   fmt::format("choose from {}", fmt::join(cpus, ", ")));
@@ -71,7 +71,7 @@ void ConfigurationReader::check_cpus_of_threads() {
   }
 }
 
-SystemReader::Read ConfigurationReader::into_cpus(std::vector<int>& cpus) {
+SystemReader::Read MachineReader::into_cpus(std::vector<int>& cpus) {
   return [this, &cpus](const Value& value) {
     int count = 0;
     if (std::holds_alternative<document::List>(value.content) || is_describing()) {
@@ -85,7 +85,7 @@ SystemReader::Read ConfigurationReader::into_cpus(std::vector<int>& cpus) {
         }
         cpus.push_back(cpu);
       })(value);
-      check_is_some(value, errors_);
+      check_is_some(value);
     } else {
       into(count, 1, 1024)(value);
     }
@@ -93,7 +93,7 @@ SystemReader::Read ConfigurationReader::into_cpus(std::vector<int>& cpus) {
   };
 }
 
-void ConfigurationReader::read_speed(const Value& value) {
+void MachineReader::read_speed(const Value& value) {
   double speed = 1;
   into(speed)(value);
   if (is_describing()) return;
@@ -110,7 +110,7 @@ void ConfigurationReader::read_speed(const Value& value) {
   system_.machine.speed.try_emplace(cpu, speed);
 }
 
-SystemReader::Read ConfigurationReader::into_rt_runtime(std::optional<Nanoseconds>& runtime) {
+SystemReader::Read MachineReader::into_rt_runtime(std::optional<Nanoseconds>& runtime) {
   return word_or(
       "unlimited", [&runtime] { runtime = std::chrono::seconds(1); },
       without_default([this, &runtime] {

@@ -4,11 +4,11 @@
 
 #include <fmt/format.h>
 
-#include "takt/containers/configuration/configuration_reader.hpp"
+#include "takt/containers/configuration/keys/readers.hpp"
 
 namespace takt {
 
-void ConfigurationReader::read_mode(const Value& value) {
+void ModeReader::read(const Value& value) {
   ModeDescription mode{.name = value.name, .where = errors_.where(value.line)};
   const std::size_t before = errors_.size();
   const auto into_list = [this](std::vector<ModeDescription::Callback>& list) {
@@ -40,7 +40,7 @@ void ConfigurationReader::read_mode(const Value& value) {
   system_.modes.push_back(std::move(mode));
 }
 
-std::optional<ModeDescription::Callback> ConfigurationReader::mode_callback(const Value& value) {
+std::optional<ModeDescription::Callback> ModeReader::mode_callback(const Value& value) {
   std::string name;
   into(name)(value);
   if (name.starts_with('/')) name.erase(0, 1);
@@ -49,7 +49,7 @@ std::optional<ModeDescription::Callback> ConfigurationReader::mode_callback(cons
 }
 
 // Whether the callbacks exist is known when the components are made.
-void ConfigurationReader::check_mode(const Value& value, const ModeDescription& mode) {
+void ModeReader::check_mode(const Value& value, const ModeDescription& mode) {
   if (mode.name == kNormalMode) {
     errors_.add(value.line, fmt::format("the mode '{}' is the one without changes", kNormalMode),
                 "give yours another name");

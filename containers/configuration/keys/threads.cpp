@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/available_cpus.hpp"
-#include "takt/containers/configuration/configuration_reader.hpp"
+#include "takt/containers/configuration/keys/readers.hpp"
 
 namespace takt {
 namespace {
@@ -20,7 +20,7 @@ std::optional<int> whole_number(std::string_view text) {
 
 }  // namespace
 
-void ConfigurationReader::read_thread(const Value& value) {
+void ThreadReader::read(const Value& value) {
   ThreadAttributes asked{.name = value.name};
   int highest = 0;  // of a band
   bool is_sound = true;
@@ -53,7 +53,7 @@ void ConfigurationReader::read_thread(const Value& value) {
         noting(is_sound, into_duration(asked.deadline, [] {}))},
        {"period", "For SCHED_DEADLINE. The kernel accepts `100us` to about `4.19s`.",
         noting(is_sound, into_duration(asked.period, [] {}))}});
-  if (const Value* cpus = document::find(value, "affinity")) check_is_some(*cpus, errors_);
+  if (const Value* cpus = document::find(value, "affinity")) check_is_some(*cpus);
   // Skip the checks after an unknown key: it may be a misspelt key that a check would report as
   // missing.
   is_sound &= fits;
@@ -68,28 +68,21 @@ void ConfigurationReader::read_thread(const Value& value) {
                   "give 'lttng' another policy");
     });
     ThreadAttributes here = asked;
-    if (names_cpus_ && !asked.affinity.empty()) here.affinity = {available_cpus().front()};
+    if (file_.names_cpus && !asked.affinity.empty()) here.affinity = {available_cpus().front()};
     is_sound &= passes(value, "affinity", [&] { here.check_affinity(); });
   }
   if (!is_sound) asked = {.name = asked.name};  // so that its executors do not report it again
   const auto add = [&](const ThreadAttributes& thread) {
-    threads_.add(thread, value.line);
+    file_.threads.add(thread, value.line);
     system_.threads.push_back({thread, errors_.where(value.line)});
   };
   if (highest == 0) return add(asked);
   const int line = document::find(value, "priority")->line;
-  for (const auto& thread : threads_.band(asked, highest, is_sound, line)) add(thread);
-}
-
-// Reports an error in the line of the key, or of the thread if the key is missing.
-bool ConfigurationReader::passes(const Value& thread, std::string_view key,
-                                 const std::function<void()>& check) {
-  const Value* place = document::find(thread, key);
-  return errors_.passes((place != nullptr ? *place : thread).line, check);
+  for (const auto& thread : file_.threads.band(asked, highest, is_sound, line)) add(thread);
 }
 
 // `highest` stays 0 if it is one priority.
-SystemReader::Read ConfigurationReader::into_priority(int& priority, int& highest) {
+SystemReader::Read ThreadReader::into_priority(int& priority, int& highest) {
   return [this, &priority, &highest](const Value& value) {
     if (is_describing()) return into(priority)(value), void(describes("a band such as `60..68`"));
     const auto* const text = std::get_if<std::string>(&value.content);
@@ -103,7 +96,7 @@ SystemReader::Read ConfigurationReader::into_priority(int& priority, int& highes
   };
 }
 
-SystemReader::Read ConfigurationReader::into_policy(ThreadPolicy& policy) {
+SystemReader::Read ThreadReader::into_policy(ThreadPolicy& policy) {
   Words<ThreadPolicy> policies;
   for (const ThreadPolicy known :
        {ThreadPolicy::other, ThreadPolicy::fifo, ThreadPolicy::rr, ThreadPolicy::batch,
@@ -113,7 +106,7 @@ SystemReader::Read ConfigurationReader::into_policy(ThreadPolicy& policy) {
   return into(policy, std::move(policies));
 }
 
-void ConfigurationReader::read_cpu(const Value& value, std::vector<int>& cpus) {
+void ThreadReader::read_cpu(const Value& value, std::vector<int>& cpus) {
   if (describes("integer from 0")) return;
   int cpu = -1;
   into(cpu, 0)(value);
@@ -122,7 +115,7 @@ void ConfigurationReader::read_cpu(const Value& value, std::vector<int>& cpus) {
     return errors_.add(value.line, fmt::format("CPU {} is in the list twice", cpu),
                        "name each CPU once");
   }
-  if (names_cpus_) return cpus.push_back(cpu);  // see check_cpus_of_threads
+  if (file_.names_cpus) return cpus.push_back(cpu);  // see check_cpus_of_threads
   if (errors_.passes(value.line, [&] { ThreadAttributes{.affinity = {cpu}}.check(); })) {
     cpus.push_back(cpu);
   }

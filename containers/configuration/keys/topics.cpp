@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include "takt/containers/configuration/configuration_reader.hpp"
+#include "takt/containers/configuration/keys/readers.hpp"
 
 namespace takt {
 
-void ConfigurationReader::read_topic(const Value& value) {
+void TopicReader::read(const Value& value) {
   std::string name;
   into_topic(name)({value.name, value.line, value.name});
   if (!name.empty() && !name.starts_with('/')) {
@@ -67,7 +67,7 @@ void ConfigurationReader::read_topic(const Value& value) {
   system_.topic_lines.try_emplace(value.name, errors_.where(value.line));
 }
 
-SystemReader::Read ConfigurationReader::into_delay(DelayDescription& delay) {
+SystemReader::Read TopicReader::into_delay(DelayDescription& delay) {
   return either(into_duration(delay.longest, [] {}), [this, &delay](const Value& map) {
     const std::size_t before = errors_.size();
     read_map(map, "a delay",
@@ -78,7 +78,7 @@ SystemReader::Read ConfigurationReader::into_delay(DelayDescription& delay) {
   });
 }
 
-SystemReader::Read ConfigurationReader::into_profile(std::optional<QoS>& profile) {
+SystemReader::Read TopicReader::into_profile(std::optional<QoS>& profile) {
   Words<QoS> profiles;
   for (const std::string& name : qos_profile_names()) {
     profiles.emplace_back(name, *qos_profile(name));

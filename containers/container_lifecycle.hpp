@@ -1,0 +1,48 @@
+// The lifecycle nodes of a container. Private to the container's files.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_CONTAINER_LIFECYCLE_HPP_
+#define TAKT_CONTAINERS_CONTAINER_LIFECYCLE_HPP_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "takt/base/visibility.hpp"
+#include "takt/containers/container_executors.hpp"
+#include "takt/containers/lifecycle_manager.hpp"
+#include "takt/containers/unloading_threads.hpp"
+
+namespace TAKT_INTERNAL takt {
+
+/// Tells how the lifecycle nodes of the container are, and manages those of its system, if the file
+/// has `lifecycle`.
+/// Thread safety: `add` from any thread; the rest from the control thread. Real-time: no.
+class ContainerLifecycle {
+ public:
+  ContainerLifecycle(ContainerSetting& setting, const ComponentList& components)
+      : setting_(setting), components_(components) {}
+
+  void make(ContainerExecutors& executors);
+  /// nullptr: the file has no `lifecycle`.
+  const std::shared_ptr<Node>& node() const noexcept { return node_; }
+  /// If it is a lifecycle node.
+  void add(Loaded& loaded);
+
+  void bring_up();
+  std::vector<std::string> unconfigured() const;
+  void shut_down();
+  /// Those that no manager has shut down: they are not under `bring_up`, or it could not reach
+  /// them. In the reverse order of construction, as the manager does.
+  void bring_down_rest(UnloadingThreads& threads);
+
+ private:
+  ContainerSetting& setting_;
+  const ComponentList& components_;
+  std::shared_ptr<Node> node_;
+  std::unique_ptr<HeartbeatSender> heartbeats_;
+  std::unique_ptr<LifecycleManager> manager_;  // in one process of the system
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_CONTAINER_LIFECYCLE_HPP_

@@ -1,0 +1,60 @@
+// What the parts of a container share. Private to the container's files.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_CONTAINER_SETTING_HPP_
+#define TAKT_CONTAINERS_CONTAINER_SETTING_HPP_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "takt/base/guarded.hpp"
+#include "takt/base/visibility.hpp"
+#include "takt/containers/container.hpp"
+#include "takt/containers/modes.hpp"
+#include "takt/ros2/time_source.hpp"
+
+namespace TAKT_INTERNAL takt {
+
+inline constexpr const char* kServiceThread = "container";
+
+/// What a container is made from, and what there is to say about its run.
+/// Thread safety: `note`, `fail` and `said` from any thread; the constructor of the container alone
+/// changes the rest. Real-time: no.
+struct ContainerSetting {
+  ContainerSetting(const SystemDescription& described, const ContainerOverrides& overridden);
+  bool is_simulated() const noexcept { return overrides.execution_model != nullptr; }
+  /// Whether CPUs are those of `machine`, and not those of this process: it is analysed or
+  /// simulated.
+  bool is_of_machine() const noexcept {
+    return !description.machine.cpus.empty() && (overrides.only_constructs || is_simulated());
+  }
+  /// Its container makes its nodes itself, and has DDS.
+  bool is_seen_program() const noexcept {
+    return overrides.find_node && overrides.participant != nullptr;
+  }
+  /// What requests, failed components and simulated time need; with it comes a thread.
+  bool needs_service_node() const;
+  bool has_thread(const std::string& name) const;
+  ThreadAttributes thread(const std::string& name) const;
+  /// Of a node of the container itself.
+  std::string own_name(const char* ending) const;
+  void throw_errors() const;
+  /// Empty: there is nothing to say.
+  void note(std::string text);
+  void fail(std::string text);
+
+  SystemDescription description;  // completed with what Takt assigns
+  const ContainerOverrides overrides;
+  std::vector<std::string> errors;  // of the set-up, before start
+  std::shared_ptr<Participant> participant;
+  std::shared_ptr<TimeSource> time_source;  // of the components, if the service node follows it
+  const std::shared_ptr<Modes> modes;       // components and handlers have it, too
+  struct Said {
+    std::vector<std::string> notes, failures;
+  };
+  detail::Guarded<Said> said;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_CONTAINER_SETTING_HPP_
