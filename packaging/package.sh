@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes Debian packages of the tree in build/package, with the version of base/version.hpp:
-# package.sh [--test: and uses them in a clean Debian 12, see test.py]
+# package.sh [--test: compares their symbols, and uses them in a clean Debian 12]
 # SPDX-License-Identifier: Apache-2.0
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -25,7 +25,7 @@ copy_tree() {  # copy_tree FOLDER
 }
 
 need debhelper dpkg-dev fakeroot lintian
-if [ "${1:-}" = --test ]; then need mmdebstrap; fi
+if [ "${1:-}" = --test ]; then need mmdebstrap abigail-tools; fi
 version=$(sed -n 's/.*TAKT_VERSION "\(.*\)"/\1/p' base/version.hpp)
 folder=build/package
 tree=$folder/takt-$version

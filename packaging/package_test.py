@@ -10,9 +10,11 @@ import pathlib
 import shutil
 import subprocess
 import sys
+import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "cmake"))
+import abi  # noqa: E402
 from checks import check, environment, finish, skip  # noqa: E402
 
 folder = pathlib.Path(sys.argv[1]).resolve()
@@ -174,6 +176,16 @@ def build_programs():
           "-D CMAKE_PREFIX_PATH=$(takt ros2 prefix)")
 
 
+def compare_symbols():
+    """With those stored for this minor version."""
+    library = next(folder.glob("libtakt0.1_*.deb"))
+    with tempfile.TemporaryDirectory() as unpacked:
+        subprocess.run(["dpkg-deb", "--extract", library, unpacked], check=True)
+        may_be, why = abi.compare(next(pathlib.Path(unpacked).rglob("libtakt.so.*.*.*")))
+    check("public symbols are as they were in this minor version", may_be, why)
+
+
+compare_symbols()
 if os.geteuid() != 0:
     skip("a clean Debian takes root: sudo ./dev package --test")
 unpack()
