@@ -27,7 +27,7 @@ struct GetStatistics {
 
     static Times of(const Histogram& histogram);
     /// The part that has come since `before`, where minimum and maximum are as exact as buckets.
-    /// Numbers of a stranger may be any.
+    /// The numbers may be untrusted input.
     Histogram since(const Times& before) const;
   };
   /// Of Linux, as it tells.
@@ -77,7 +77,7 @@ struct GetStatistics {
   struct Request {};
   struct Response {
     std::int32_t pid = 0;
-    std::int64_t time_ns = 0;  // of a clock that never jumps
+    std::int64_t time_ns = 0;  // CLOCK_MONOTONIC
     std::int64_t cpu_time_ns = 0;
     std::vector<Thread> threads;
     std::vector<Executor> executors;

@@ -38,8 +38,8 @@ inline constexpr std::size_t kMostTraceEvents = 65'536;
 
 /// The last executions on one thread, while somebody wants them: when it is full, the oldest are
 /// overwritten.
-/// Thread safety: one thread records, another one does the rest, also at the same time. That one
-/// reads each word of an event by itself, and drops those of which some may be of a later event:
+/// Thread safety: one thread records, another one does the rest, also at the same time. The ring is
+/// a seqlock: that one drops events of which some words may be of a later event:
 /// 1. The writer counts the event as begun, stores its words, each as a release, and counts it.
 /// 2. The reader loads the words, each as an acquire, then how many have begun: if it has seen a
 ///    word of a later event, it sees that this one has begun.

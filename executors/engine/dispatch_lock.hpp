@@ -10,8 +10,8 @@
 namespace takt {
 namespace TAKT_INTERNAL detail {
 
-/// A mutex with priority inheritance. A thread that finds it taken looks again for a moment before
-/// it waits in the kernel: a dispatch takes a fraction of a microsecond, that wait several.
+/// An adaptive mutex with priority inheritance: a thread that finds it taken spins for a moment
+/// before it waits in the kernel: a dispatch takes a fraction of a microsecond, that wait several.
 /// Thread safety and real-time: as PiMutex.
 class TAKT_LOCK DispatchLock {
  public:

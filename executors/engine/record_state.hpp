@@ -28,10 +28,10 @@ namespace takt::detail {
 /// It is `announced` from when another thread has announced it until that is answered, and in the
 /// inbox for the first part of that time. A thread that announces has made the level rise, and then
 /// looks at the mark; settling clears the mark, and then looks at the level. Both are sequentially
-/// consistent, so one of the two sees the other. The mark lies in a cache line that no dispatch
-/// writes, so an announcement to a busy callback costs one load; and as all else is written by the
-/// executor alone, a worker's own announcements cost no atomic operation.
-/// "Again": the worker has announced it while it was running.
+/// consistent, so one of the two sees the other (as in Dekker's algorithm). The mark lies in a
+/// cache line that no dispatch writes, so an announcement to a busy callback costs one load; and as
+/// all else is written by the executor alone, a worker's own announcements cost no atomic
+/// operation. "Again": the worker has announced it while it was running.
 ///
 /// A record that is removed is announced by nobody, and is in no scheduler; the inbox skips it. Its
 /// remover waits until it `is_over`: no execution is left. Then one thread detaches it.

@@ -34,8 +34,8 @@ class Reactor : public WaitBackend {
   bool look() noexcept final;
 
  protected:
-  /// One descriptor. Its place in memory is never given back, so the kernel may hand us its address
-  /// long after it was unwatched; when it was used again meanwhile, a listener is notified in vain.
+  /// One descriptor. Its memory is type-stable, so the kernel may hand us its address long after it
+  /// was unwatched; when it was used again meanwhile, the notification is spurious.
   struct Watched {
     int fd = -1;
     short events = 0;

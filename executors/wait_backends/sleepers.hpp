@@ -13,8 +13,8 @@
 namespace TAKT_PUBLIC takt {
 namespace detail {
 
-/// So that of many announcements to a sleeper only the first one is a system call, and none waits
-/// for a thread that was preempted:
+/// An eventcount: of many announcements to a sleeper only the first one is a system call, and none
+/// waits for a thread that was preempted:
 /// 1. A thread begins, looks a last time for what there is to do, sleeps until it takes a post or
 ///    its time has come, and ends. All that it looks at is seq_cst.
 /// 2. A thread writes what there is to do, and then wakes: if fewer are woken than sleep, it counts
@@ -22,8 +22,8 @@ namespace detail {
 /// 3. A thread that finds all woken posts nothing; but while another one is posting, it does so for
 ///    that one, and says afterwards that this was done. That holds until a thread ends its sleep:
 ///    the number of ends tells a late word from one in time.
-/// 4. Whether a post is still coming means nothing to a thread that ends. A post too many ends a
-///    later sleep in vain.
+/// 4. Whether a post is still coming means nothing to a thread that ends. A post too many is a
+///    spurious wake-up of a later sleep.
 /// So a thread returns from `wake` only when a sleeper has been posted to that will look after it.
 ///
 /// Thread safety: begin and end from a thread that sleeps, the rest from any.

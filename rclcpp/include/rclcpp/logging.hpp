@@ -23,7 +23,7 @@ struct LogLocation {
 void log(const Logger& logger, int severity, const LogLocation& where, const char* format, ...)
     __attribute__((format(printf, 4, 5)));
 
-/// Of one place in a program: whether so many milliseconds have passed since it logged last.
+/// The rate limit of one call site: whether so many milliseconds have passed since it logged last.
 template <class Clock>
 bool throttle(std::atomic<std::int64_t>& last, Clock& clock, std::int64_t duration_ms) {
   const std::int64_t now = clock.now().nanoseconds();
@@ -62,7 +62,7 @@ bool throttle(std::atomic<std::int64_t>& last, Clock& clock, std::int64_t durati
     }                                                                                       \
   } while (0)
 
-// Conditions with a state of their own for each place in a program.
+// Conditions with a state for each call site.
 #define RCLCPP_ONCE_                        \
   ([]() noexcept {                          \
     static std::atomic<bool> logged{false}; \
