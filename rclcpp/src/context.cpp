@@ -6,10 +6,10 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/programs/program.hpp"
 
 #include "arguments.hpp"
 #include "context_time_source.hpp"
-#include "program.hpp"
 #include "rclcpp/exceptions/exceptions.hpp"
 #include "rclcpp/logging.hpp"
 #include "rclcpp/utilities.hpp"
@@ -38,7 +38,7 @@ Context::~Context() {
 
 void Context::init(int argc, char const* const* argv, const InitOptions& options) {
   if (is_valid()) throw ContextAlreadyInitialized();
-  detail::Program::instance();
+  takt::programs::Program::instance();
   options.get_domain_id();  // a wrong ROS_DOMAIN_ID is an error of init, not of the first node
   auto arguments = std::make_unique<detail::Arguments>(
       detail::parse_arguments(std::vector<std::string>(argv, argv + argc)));
@@ -120,7 +120,8 @@ bool Context::shutdown(const std::string& reason) {
       for (takt::Wakeable* waiter : waiters_) waiter->wake();
       ended_.notify_all();
     }
-    if (contexts::get_global_default_context().get() == this) detail::Program::instance().cancel();
+    if (contexts::get_global_default_context().get() == this)
+      takt::programs::Program::instance().cancel();
     detail::forget_on_signal(*this);
     call(on_shutdown_, failure);
     if (end_container) end_container();

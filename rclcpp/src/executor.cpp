@@ -9,14 +9,14 @@
 
 #include "takt/base/logger.hpp"
 #include "takt/base/same_owner.hpp"
+#include "takt/programs/program.hpp"
 
-#include "program.hpp"
 #include "rclcpp/executors.hpp"
 
 namespace rclcpp {
 
-using detail::Program;
 using node_interfaces::NodeBaseInterface;
+using takt::programs::Program;
 
 namespace {
 /// How often a spin looks for what cannot wake it.
@@ -51,15 +51,14 @@ bool wait_for(Context& context, std::chrono::nanoseconds timeout,
 }  // namespace detail
 
 /// A spin; the second at a time throws.
-class Executor::Spinning {
+class Executor::Spinning : public takt::programs::LongSpin {
  public:
   Spinning(Executor& executor, const char* function, bool is_long = false) : executor_(executor) {
     if (executor_.is_spinning_.exchange(true)) {
       throw std::runtime_error(std::string(function) + " called while already spinning");
     }
     try {
-      const Context& context = *executor.context_;
-      if (context.is_valid()) Program::instance().begin_spin(executor, context, is_long);
+      if (is_valid()) Program::instance().begin_spin(is_long ? this : nullptr);
     } catch (...) {
       executor_.is_spinning_.store(false);
       throw;
@@ -72,6 +71,9 @@ class Executor::Spinning {
   }
   Spinning(const Spinning&) = delete;
   Spinning& operator=(const Spinning&) = delete;
+
+  void cancel() override { executor_.cancel(); }
+  bool is_valid() const override { return executor_.context_->is_valid(); }
 
  private:
   Executor& executor_;
@@ -195,12 +197,12 @@ void Executor::spin() {
     while (may_go_on()) takt_->spin();
   } catch (...) {
     try {
-      Program::instance().end_spin(*this, *context_);
+      Program::instance().end_spin(spinning);
     } catch (...) {  // the first one counts
     }
     throw;
   }
-  Program::instance().end_spin(*this, *context_);
+  Program::instance().end_spin(spinning);
 }
 // What executors of a file serve does not end it: so it returns now and then.
 void Executor::spin_once(std::chrono::nanoseconds timeout) {

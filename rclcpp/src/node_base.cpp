@@ -2,8 +2,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "takt/programs/program.hpp"
+
 #include "arguments.hpp"
-#include "program.hpp"
 #include "rclcpp/exceptions/exceptions.hpp"
 #include "rclcpp/expand_topic_or_service_name.hpp"
 #include "rclcpp/node_interfaces/node_base_interface.hpp"
@@ -77,10 +78,10 @@ NodeBaseInterface::NodeBaseInterface(const std::string& name, const std::string&
   }
   node_ = make_node(name, name_space, make);
   name_space_ = node_->name_space().empty() ? "/" : node_->name_space();
-  if (!options_.takt()) detail::Program::instance().made(*node_);
+  if (!options_.takt()) takt::programs::Program::instance().made(*node_);
 }
 NodeBaseInterface::~NodeBaseInterface() {
-  if (!options_.takt()) detail::Program::instance().gone(*node_);
+  if (!options_.takt()) takt::programs::Program::instance().gone(*node_);
 }
 
 const Arguments& NodeBaseInterface::global() const {

@@ -41,9 +41,9 @@ PYTHON = re.compile(r"""(?: (?<![=]\ )"(?:[^"\s]*/)?python3?" | \bkPython\b(?!\ 
 STARTS_PYTHON = {".cpp", ".hpp", ".c", ".h", ".cmake", ".in", ".sh", ".txt"}
 # What is written so may be a file of a person, or one that the same command reads.
 WRITES = re.compile(r'std::ofstream\b|\bfopen\([^;]*"[wa]|\bO_CREAT\b')
-WRITING = ("tools/", "measuring/", "recording/", "components/", "containers/", "rt_tests/", "rclcpp/src/")
+WRITING = ("tools/", "measuring/", "recording/", "components/", "containers/", "rt_tests/", "programs/", "rclcpp/src/")
 # A template is a new file, which it never overwrites.
-WRITERS = {"rclcpp/src/template.cpp"}
+WRITERS = {"programs/template.cpp"}
 # Nor is what such an option names checked.
 OUTPUTS = re.compile(r'add_option\(\s*"(?:--json|--csv|--report|--trace|--histfile|--save|-o,--output)"')
 
@@ -94,7 +94,7 @@ def unsound(path, lines):
 
 
 # Threads that run users' code wait for each other here.
-WAITING_MODULES = ("entities/", "nodes/", "ros2/", "rclcpp/src/", "rclcpp/include/")
+WAITING_MODULES = ("entities/", "nodes/", "ros2/", "programs/", "rclcpp/src/", "rclcpp/include/")
 WAITS = re.compile(r"[.>]wait\((?!time|0, |std::chrono)")
 
 
@@ -154,7 +154,7 @@ def writers(path, lines):
 def variables(path, lines, test):
     """(line number, what is wrong); `test`: the text of that of the environment."""
     # No program of takt's has the layer for rclcpp; its own tests try what that reads.
-    if not is_product(path) or path.startswith(("executors/conformance/", "executors/sequences/", "rclcpp/")):
+    if not is_product(path) or path.startswith(("executors/conformance/", "executors/sequences/", "programs/", "rclcpp/")):
         return
     pattern = NAME if any(READS_VARIABLES.search(line) for line in lines) else VARIABLE
     for number, line in enumerate(lines, 1):

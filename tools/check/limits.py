@@ -51,7 +51,7 @@ Executors sleep until there is something to run: an idle process without DDS doe
 """
 PARTS = {
     "Files and commands": ("containers/configuration", "containers/model", "containers/planning", "containers/component", "recording", "measuring",
-                           "components", "rclcpp", "tools", "analysis", "base/error", "base/library"),
+                           "components", "programs", "rclcpp", "tools", "analysis", "base/error", "base/library"),
     "Messages, nodes and executors": ("base", "callback_groups", "entities", "executors", "nodes", "ros2", "sched", "containers"),
     "Between processes": ("messages", "transport"),
 }

@@ -9,7 +9,7 @@ import pathlib
 import re
 import subprocess
 
-NOT_INSTALLED = {"bench", "examples", "measuring", "rt_tests", "testing", "tools"}
+NOT_INSTALLED = {"bench", "examples", "measuring", "programs", "rt_tests", "testing", "tools"}
 
 
 def is_public(path, text):

@@ -15,7 +15,7 @@ using Message = std_msgs::msg::String;
 using Service = rcl_interfaces::srv::GetParameters;
 using Groups = std::map<std::string, std::shared_ptr<CallbackGroup>>;
 
-// As rclcpp/src/description.cpp writes it.
+// As programs/description.cpp writes it.
 QoS qos_of(const json& written) {
   QoS qos(written.at(0).get<std::size_t>());
   if (!written.at(1).get<bool>()) qos.best_effort();

@@ -15,7 +15,7 @@
 
 namespace takt::tools {
 
-/// The names, groups, callbacks and topics of a program's nodes, as rclcpp/src/description.cpp has
+/// The names, groups, callbacks and topics of a program's nodes, as programs/description.cpp has
 /// written them. The callbacks do nothing, and all messages are of one type.
 class ProgramNodes {
  public:

@@ -1,7 +1,7 @@
 // The file that TAKT_RESULTS asks for: the measurements of the program.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef RCLCPP_RESULTS_HPP_
-#define RCLCPP_RESULTS_HPP_
+#ifndef TAKT_PROGRAMS_RESULTS_HPP_
+#define TAKT_PROGRAMS_RESULTS_HPP_
 
 #include <cstddef>
 #include <cstdint>
@@ -13,14 +13,14 @@
 
 #include "takt/containers/result.hpp"
 
-namespace rclcpp::detail {
+namespace takt::programs {
 
 /// Sums what executors of one type have measured, as a program may make one for each call of
 /// `spin_some`; and the containers of TAKT_CONFIG. Written as `takt run --json --histograms` does.
 /// Thread safety: none. Real-time: no.
 class Results {
  public:
-  /// `trace_events`: kept of each thread. Throws takt::Error if the file cannot be written: before
+  /// `trace_events`: kept of each thread. Throws Error if the file cannot be written: before
   /// the run, as it would be in vain.
   Results(const std::string& path, std::size_t trace_events);
 
@@ -29,14 +29,14 @@ class Results {
   /// A spin has ended: so has the measured time, unless there is another one. Memory is measured
   /// where the spin is long.
   void has_spun(bool is_long);
-  void made(const takt::Executor& executor, const std::string& type, const std::string& scheduler);
+  void made(const Executor& executor, const std::string& type, const std::string& scheduler);
   /// An executor is to serve it.
-  void added(const std::shared_ptr<takt::Node>& node);
-  void ends(const takt::Executor& executor);
-  void add(const takt::ProcessResult& part);
+  void added(const std::shared_ptr<Node>& node);
+  void ends(const Executor& executor);
+  void add(const ProcessResult& part);
   /// That it cannot be asked.
   void note_spinning(const std::string& executor);
-  /// The names are of the environment. Throws takt::Error if it cannot be written.
+  /// The names are of the environment. Throws Error if it cannot be written.
   void write(const std::string& executor, const std::string& placement,
              const std::string& scheduler);
 
@@ -45,21 +45,21 @@ class Results {
     std::string executor, scheduler;
   };
   void note(const std::string& text);
-  std::uint64_t waiting(const takt::CallbackStatistics& of) const;
+  std::uint64_t waiting(const CallbackStatistics& of) const;
 
   const std::string path_;
   const std::size_t trace_events_;
   const std::uintmax_t size_before_;
-  std::map<const takt::Executor*, Kind> executors_;
-  std::vector<std::weak_ptr<takt::Node>> nodes_;
-  takt::ProcessResult sum_;
-  takt::TimePoint begin_{};
-  takt::Nanoseconds cpu_time_before_{0};
+  std::map<const Executor*, Kind> executors_;
+  std::vector<std::weak_ptr<Node>> nodes_;
+  ProcessResult sum_;
+  TimePoint begin_{};
+  Nanoseconds cpu_time_before_{0};
 };
 
 /// Every node has services for its parameters. They are not shown.
-bool is_parameter_service(const std::string& node, takt::EntityKind kind, const std::string& name);
+bool is_parameter_service(const std::string& node, EntityKind kind, const std::string& name);
 
-}  // namespace rclcpp::detail
+}  // namespace takt::programs
 
-#endif  // RCLCPP_RESULTS_HPP_
+#endif  // TAKT_PROGRAMS_RESULTS_HPP_

@@ -1,7 +1,7 @@
 // The nodes of a program, for `takt analyze`.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef RCLCPP_DESCRIPTION_HPP_
-#define RCLCPP_DESCRIPTION_HPP_
+#ifndef TAKT_PROGRAMS_DESCRIPTION_HPP_
+#define TAKT_PROGRAMS_DESCRIPTION_HPP_
 
 #include <memory>
 #include <string>
@@ -9,14 +9,14 @@
 
 #include "takt/nodes/node.hpp"
 
-namespace rclcpp::detail {
+namespace takt::programs {
 
 /// Writes their names, groups, callbacks and the topics that they publish as JSON, for
 /// tools/takt/analyze/program_nodes.cpp; without the services of their parameters. `others`: the
-/// nodes that the file does not name. Throws takt::Error if it cannot be written.
-void write_description(const std::vector<std::shared_ptr<takt::Node>>& nodes,
+/// nodes that the file does not name. Throws Error if it cannot be written.
+void write_description(const std::vector<std::shared_ptr<Node>>& nodes,
                        const std::vector<std::string>& others, const std::string& path);
 
-}  // namespace rclcpp::detail
+}  // namespace takt::programs
 
-#endif  // RCLCPP_DESCRIPTION_HPP_
+#endif  // TAKT_PROGRAMS_DESCRIPTION_HPP_

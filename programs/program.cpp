@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program.hpp"
+#include "takt/programs/program.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -13,15 +13,14 @@
 #include "takt/base/printable.hpp"
 #include "takt/base/same_owner.hpp"
 #include "takt/containers/lttng.hpp"
+#include "takt/programs/description.hpp"
 #include "takt/sched/scheduler.hpp"
 
-#include "description.hpp"
-
-namespace rclcpp::detail {
+namespace takt::programs {
 namespace {
 
-void print(const char* kind, const std::string& text, takt::Lines lines = takt::Lines::escape) {
-  std::fprintf(stderr, "%s: %s\n", kind, takt::printable(text, lines).c_str());
+void print(const char* kind, const std::string& text, Lines lines = Lines::escape) {
+  std::fprintf(stderr, "%s: %s\n", kind, printable(text, lines).c_str());
 }
 
 /// For what destructors call.
@@ -42,8 +41,8 @@ std::terminate_handler other_handler = nullptr;  // the program's, or the langua
 [[noreturn]] void end_with_error() {
   try {
     if (std::current_exception() != nullptr) throw;
-  } catch (const takt::Error& error) {
-    print("error", error.what(), takt::Lines::keep);
+  } catch (const Error& error) {
+    print("error", error.what(), Lines::keep);
     std::_Exit(kBadUsage);
   } catch (...) {
   }
@@ -84,8 +83,7 @@ std::size_t trace_events() {
   const char* const end = text.data() + text.size();
   const auto [rest, error] = std::from_chars(text.data(), end, number);
   if (error == std::errc() && rest == end && number <= kMostEvents) return number;
-  throw takt::Error("no number of executions from 0 to 10000000", "",
-                    "TAKT_TRACE=" + takt::printable(text));
+  throw Error("no number of executions from 0 to 10000000", "", "TAKT_TRACE=" + printable(text));
 }
 
 template <class Registry>
@@ -93,8 +91,8 @@ void check(const Registry& registry, const std::string& name, const char* variab
   if (name.empty()) return;
   try {
     registry.check(name);
-  } catch (const takt::Error& error) {
-    throw takt::Error(takt::printable(error.what()), "", variable);
+  } catch (const Error& error) {
+    throw Error(printable(error.what()), "", variable);
   }
 }
 
@@ -111,36 +109,36 @@ Program::Program() {
   variables_.placement = variable("TAKT_PLACEMENT");
   variables_.scheduler = variable("TAKT_SCHEDULER");
   if (const std::string path = variable("TAKT_CONFIG"); !path.empty()) {
-    file_ = takt::read_system(path);
+    file_ = read_system(path);
     if (!file_->components.empty() && !file_->components.front().type.empty()) {
-      throw takt::Error("the file describes containers",
-                        "run it with `takt run`, or describe the "
-                        "nodes of this program under 'nodes'",
-                        path);
+      throw Error("the file describes containers",
+                  "run it with `takt run`, or describe the "
+                  "nodes of this program under 'nodes'",
+                  path);
     }
   }
-  const std::string refused = takt::load_tracepoints_if_asked(file_ ? &*file_ : nullptr);
+  const std::string refused = load_tracepoints_if_asked(file_ ? &*file_ : nullptr);
   if (!refused.empty()) print("note", refused);
   if (const std::string path = variable("TAKT_CONFIG_TEMPLATE"); !path.empty()) {
     if (file_) {
-      throw takt::Error("a file is in force already", "leave out TAKT_CONFIG",
-                        "TAKT_CONFIG_TEMPLATE=" + path);
+      throw Error("a file is in force already", "leave out TAKT_CONFIG",
+                  "TAKT_CONFIG_TEMPLATE=" + path);
     }
     template_.emplace(path);
   }
   variables_.nodes = quiet_variable("TAKT_NODES");
   if (!variables_.nodes.empty() && !file_) {
-    throw takt::Error("there is no file whose nodes could be described", "set TAKT_CONFIG",
-                      "TAKT_NODES=" + variables_.nodes);
+    throw Error("there is no file whose nodes could be described", "set TAKT_CONFIG",
+                "TAKT_NODES=" + variables_.nodes);
   }
   if (const std::string path = quiet_variable("TAKT_RESULTS"); !path.empty()) {
     variables_.trace_events = trace_events();
     results_.emplace(path, variables_.trace_events);
   }
   // The file may have loaded them.
-  check(takt::executors(), variables_.executor, "TAKT_EXECUTOR");
-  check(takt::schedulers(), variables_.scheduler, "TAKT_SCHEDULER");
-  if (!variables_.placement.empty()) takt::parse_placement(variables_.placement, "TAKT_PLACEMENT");
+  check(executors(), variables_.executor, "TAKT_EXECUTOR");
+  check(schedulers(), variables_.scheduler, "TAKT_SCHEDULER");
+  if (!variables_.placement.empty()) parse_placement(variables_.placement, "TAKT_PLACEMENT");
   if (!file_ && !template_ && !results_) return;
   on_exit(  // nothing throws any more
       [](int status, void* /*unused*/) {
@@ -151,14 +149,13 @@ Program::Program() {
       nullptr);
 }
 
-std::unique_ptr<takt::Executor> Program::make_executor(const std::string& type,
-                                                       takt::ExecutorOptions options) {
+std::unique_ptr<Executor> Program::make_executor(const std::string& type, ExecutorOptions options) {
   const std::string& chosen = variables_.executor.empty() ? type : variables_.executor;
   if (!variables_.scheduler.empty()) options.scheduler = variables_.scheduler;
-  const takt::ExecutorTraits traits = takt::executors().traits(chosen);
+  const ExecutorTraits traits = executors().traits(chosen);
   if (options.threads.size() > traits.max_threads) options.threads.resize(traits.max_threads);
   options.trace_events = variables_.trace_events;
-  auto executor = takt::executors().make(chosen, options);
+  auto executor = executors().make(chosen, options);
   const std::lock_guard lock(mutex_);
   if (template_) {
     const bool has_one = options.threads.empty() && traits.max_threads == 1 && !traits.isolates;
@@ -167,7 +164,7 @@ std::unique_ptr<takt::Executor> Program::make_executor(const std::string& type,
   if (results_) results_->made(*executor, chosen, options.scheduler);
   return executor;
 }
-void Program::ends(const takt::Executor& executor) noexcept {
+void Program::ends(const Executor& executor) noexcept {
   note_failure([&] {
     const std::lock_guard lock(mutex_);
     if (template_) template_->ends(executor);
@@ -177,29 +174,29 @@ void Program::ends(const takt::Executor& executor) noexcept {
 
 // ---- Nodes ----
 
-const takt::ComponentDescription* Program::find(const std::string& name) const {
+const ComponentDescription* Program::find(const std::string& name) const {
   if (!file_) return nullptr;
   const auto found =
       std::find_if(file_->components.begin(), file_->components.end(),
-                   [&](const auto& component) { return takt::full_name(component) == name; });
+                   [&](const auto& component) { return full_name(component) == name; });
   return found != file_->components.end() ? &*found : nullptr;
 }
 
-bool Program::serves(const takt::Node& node, const takt::CallbackGroup* group) const {
-  const takt::ComponentDescription* const described = find(node.fully_qualified_name());
+bool Program::serves(const Node& node, const CallbackGroup* group) const {
+  const ComponentDescription* const described = find(node.fully_qualified_name());
   if (described == nullptr) return false;
   if (group == nullptr || group->automatically_add_to_executor()) return true;
   const auto found = described->callback_groups.find(group->name());
   return found != described->callback_groups.end() && !found->second.executor.empty();
 }
 
-bool Program::removes(const takt::Node& node, const takt::CallbackGroup* group) const {
+bool Program::removes(const Node& node, const CallbackGroup* group) const {
   const bool is_static =
-      !variables_.executor.empty() && takt::executors().traits(variables_.executor).frozen;
+      !variables_.executor.empty() && executors().traits(variables_.executor).frozen;
   return !is_static && !serves(node, group);
 }
 
-void Program::made(const takt::Node& node) {
+void Program::made(const Node& node) {
   if (!file_) return;
   const std::lock_guard lock(mutex_);
   names_.insert(node.fully_qualified_name());
@@ -207,17 +204,17 @@ void Program::made(const takt::Node& node) {
 
 namespace {
 /// Of the component with this name; 0: there is none.
-std::uint64_t id_of(const takt::Container& container, const std::string& name) {
-  for (const takt::LoadedComponent& component : container.components()) {
+std::uint64_t id_of(const Container& container, const std::string& name) {
+  for (const LoadedComponent& component : container.components()) {
     if (component.name == name) return component.id;
   }
   return 0;
 }
 }  // namespace
 
-void Program::gone(const takt::Node& node) noexcept {
+void Program::gone(const Node& node) noexcept {
   if (!serves(node)) return;
-  std::shared_ptr<takt::Container> container;
+  std::shared_ptr<Container> container;
   {
     const std::lock_guard lock(mutex_);
     container = container_;
@@ -229,15 +226,14 @@ void Program::gone(const takt::Node& node) noexcept {
   });
 }
 
-bool Program::add(const std::shared_ptr<takt::Node>& node, const takt::Executor& executor,
-                  const takt::CallbackGroup* group) {
+bool Program::add(const std::shared_ptr<Node>& node, const Executor& executor,
+                  const CallbackGroup* group) {
   const std::lock_guard lock(mutex_);
   if (template_) template_->added(node, group, executor);
   if (results_) results_->added(node);
   if (!serves(*node)) return true;
-  std::erase_if(added_, [&](const auto& known) {
-    return known.expired() || takt::is_same_owner(known, node);
-  });
+  std::erase_if(added_,
+                [&](const auto& known) { return known.expired() || is_same_owner(known, node); });
   added_.push_back(node);
   const std::string& name = node->fully_qualified_name();
   if (container_ != nullptr && !is_over_ && id_of(*container_, name) == 0) {
@@ -249,21 +245,21 @@ bool Program::add(const std::shared_ptr<takt::Node>& node, const takt::Executor&
 void Program::check_nodes() const {
   std::vector<std::string> errors;
   const std::vector<std::string> names(names_.begin(), names_.end());
-  for (const takt::ComponentDescription& component : file_->components) {
-    const std::string name = takt::full_name(component);
+  for (const ComponentDescription& component : file_->components) {
+    const std::string name = full_name(component);
     if (names_.contains(name)) continue;
-    errors.push_back(takt::Error("this program has no node '" + name + "'",
-                                 takt::suggest(name, names), component.where)
-                         .what());
+    errors.push_back(
+        Error("this program has no node '" + name + "'", suggest(name, names), component.where)
+            .what());
   }
-  if (!errors.empty()) throw takt::ConfigurationError(errors);
+  if (!errors.empty()) throw ConfigurationError(errors);
 }
 
 bool Program::has_all_nodes() const {
   return std::all_of(file_->components.begin(), file_->components.end(), [&](const auto& wanted) {
     return std::any_of(added_.begin(), added_.end(), [&](const auto& weak) {
       const auto node = weak.lock();
-      return node != nullptr && node->fully_qualified_name() == takt::full_name(wanted);
+      return node != nullptr && node->fully_qualified_name() == full_name(wanted);
     });
   });
 }
@@ -271,7 +267,7 @@ bool Program::has_all_nodes() const {
 // Does not return: nobody waits for what its callbacks would do.
 void Program::describe_nodes() const {
   check_nodes();
-  std::vector<std::shared_ptr<takt::Node>> nodes;
+  std::vector<std::shared_ptr<Node>> nodes;
   std::set<std::string> others = names_;
   for (const auto& weak : added_) {
     const auto node = weak.lock();
@@ -290,29 +286,29 @@ void Program::start() {
   const bool has_any =
       std::any_of(added_.begin(), added_.end(), [](const auto& node) { return !node.expired(); });
   if (container_ != nullptr || is_ending_ || !has_any) return;
-  takt::ContainerOverrides overrides;
+  ContainerOverrides overrides;
   overrides.executor = variables_.executor;
   if (!variables_.placement.empty()) {
-    overrides.placement = takt::parse_placement(variables_.placement);
+    overrides.placement = parse_placement(variables_.placement);
   }
   overrides.scheduler = variables_.scheduler;
   overrides.trace_events = variables_.trace_events;
-  overrides.find_node = [this](const takt::ComponentDescription& wanted) {
+  overrides.find_node = [this](const ComponentDescription& wanted) {
     for (const auto& weak : added_) {
       const auto node = weak.lock();
-      if (node != nullptr && node->fully_qualified_name() == takt::full_name(wanted)) return node;
+      if (node != nullptr && node->fully_qualified_name() == full_name(wanted)) return node;
     }
-    return std::shared_ptr<takt::Node>();
+    return std::shared_ptr<Node>();
   };
   for (const auto& weak : added_) {
     const auto node = weak.lock();
     if (node != nullptr && overrides.participant == nullptr)
       overrides.participant = node->participant();
   }
-  takt::SystemDescription description = *file_;
+  SystemDescription description = *file_;
   // What has started the program has chosen it, and its beginning is enough for `takt top`.
-  description.name = takt::printable(std::string_view(program_invocation_short_name).substr(0, 40));
-  const auto made = std::make_shared<takt::Container>(description, overrides);
+  description.name = printable(std::string_view(program_invocation_short_name).substr(0, 40));
+  const auto made = std::make_shared<Container>(description, overrides);
   is_over_ = false;
   made->start([this] { on_failure(); });  // which waits for the mutex
   made->release();
@@ -322,7 +318,7 @@ void Program::start() {
 
 // Without the mutex, as callbacks may wait for it. If another thread does it, waits for that one.
 void Program::stop() {
-  std::shared_ptr<takt::Container> ended;
+  std::shared_ptr<Container> ended;
   {
     std::unique_lock lock(mutex_);
     // Waits for a thread that spins for long, which is in no callback of the container.
@@ -339,7 +335,7 @@ void Program::stop() {
   } catch (...) {
     failure = std::current_exception();
   }
-  const takt::ProcessResult result = ended->result();
+  const ProcessResult result = ended->result();
   ended.reset();
   const std::lock_guard lock(mutex_);
   for (const std::string& text : result.notes) {
@@ -350,14 +346,14 @@ void Program::stop() {
   ended_.notify_all();
   if (failure != nullptr) std::rethrow_exception(failure);
   const bool is_needed = std::any_of(spinning_.begin(), spinning_.end(),
-                                     [](const auto& known) { return known.second->is_valid(); });
+                                     [](const LongSpin* spin) { return spin->is_valid(); });
   if (is_needed) start();  // by a spin of another context, or that began meanwhile
 }
 
 void Program::on_failure() {
   const std::lock_guard lock(mutex_);
   is_over_ = true;
-  for (const auto& [executor, context] : spinning_) executor->cancel();
+  for (LongSpin* const spin : spinning_) spin->cancel();
 }
 
 void Program::cancel() noexcept {
@@ -367,12 +363,12 @@ void Program::cancel() noexcept {
   if (container_ != nullptr) container_->cancel();
 }
 
-void Program::begin_spin(Executor& executor, const Context& context, bool is_long) {
+void Program::begin_spin(LongSpin* spin) {
   std::unique_lock lock(mutex_);
   if (template_) template_->spins();
   if (results_) results_->spins();
   if (!file_) return;
-  const bool is_main = getpid() == gettid();
+  const bool is_main = getpid() == gettid(), is_long = spin != nullptr;
   if (!variables_.nodes.empty() && ((is_main && is_long) || has_all_nodes())) describe_nodes();
   if (is_main && is_long) check_nodes();
   if (is_over_ && (is_long || is_main)) {  // not a callback of the container
@@ -381,7 +377,7 @@ void Program::begin_spin(Executor& executor, const Context& context, bool is_lon
     lock.lock();
   }
   start();
-  if (is_long) spinning_.emplace_back(&executor, &context);
+  if (is_long) spinning_.push_back(spin);
 }
 
 void Program::has_spun() noexcept {
@@ -393,13 +389,13 @@ void Program::has_spun() noexcept {
 }
 
 // One of others that goes on is enough for the container, but not after a shutdown.
-void Program::end_spin(const Executor& executor, const Context& context) {
+void Program::end_spin(const LongSpin& spin) {
   {
     const std::lock_guard lock(mutex_);
     if (results_) results_->has_spun(true);
     if (!file_) return;
-    std::erase_if(spinning_, [&](const auto& known) { return known.first == &executor; });
-    if (!spinning_.empty() && !is_over_ && context.is_valid()) return;
+    std::erase(spinning_, &spin);
+    if (!spinning_.empty() && !is_over_ && spin.is_valid()) return;
   }
   stop();
 }
@@ -418,8 +414,8 @@ int Program::at_exit() noexcept {
   const auto report = [&](const auto& function) {
     try {
       function();
-    } catch (const takt::ConfigurationError& error) {
-      print("error", error.what(), takt::Lines::keep);
+    } catch (const ConfigurationError& error) {
+      print("error", error.what(), Lines::keep);
       status = kBadUsage;
     } catch (const std::exception& error) {
       print("error", error.what());
@@ -434,7 +430,7 @@ int Program::at_exit() noexcept {
   if (!results_) return status;
   try {
     if (container_ != nullptr) results_->add(container_->result());
-  } catch (const takt::Error&) {  // it spins: a callback has called exit
+  } catch (const Error&) {  // it spins: a callback has called exit
     results_->note_spinning("of the file");
   }
   report(
@@ -442,4 +438,4 @@ int Program::at_exit() noexcept {
   return status;
 }
 
-}  // namespace rclcpp::detail
+}  // namespace takt::programs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "template.hpp"
+#include "takt/programs/template.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -15,16 +15,15 @@
 #include "takt/base/counted.hpp"
 #include "takt/base/error.hpp"
 #include "takt/containers/planning/plan.hpp"
+#include "takt/programs/results.hpp"
 
-#include "results.hpp"
-
-namespace rclcpp::detail {
+namespace takt::programs {
 namespace {
 
 [[noreturn]] void exists(const std::string& path) {
-  throw takt::Error("the file exists, and is not overwritten",
-                    "name another one, or start the program with TAKT_CONFIG=" + path,
-                    "TAKT_CONFIG_TEMPLATE=" + path);
+  throw Error("the file exists, and is not overwritten",
+              "name another one, or start the program with TAKT_CONFIG=" + path,
+              "TAKT_CONFIG_TEMPLATE=" + path);
 }
 
 }  // namespace
@@ -34,25 +33,25 @@ Template::Template(const std::string& path)
   if (access(path_.c_str(), F_OK) == 0) exists(path_);
   const std::string folder = std::filesystem::path(path_).parent_path();
   if (access(folder.c_str(), W_OK) == 0) return;
-  throw takt::Error("no file can be made there: " + takt::errno_message(errno), "",
-                    "TAKT_CONFIG_TEMPLATE=" + path_);
+  throw Error("no file can be made there: " + errno_message(errno), "",
+              "TAKT_CONFIG_TEMPLATE=" + path_);
 }
 
-void Template::made(const takt::Executor& executor, const std::string& type, std::size_t threads) {
+void Template::made(const Executor& executor, const std::string& type, std::size_t threads) {
   executors_[&executor] = std::make_shared<Served>(Served{type, threads});
 }
 
-void Template::added(const std::shared_ptr<takt::Node>& node, const takt::CallbackGroup* group,
-                     const takt::Executor& executor) {
+void Template::added(const std::shared_ptr<Node>& node, const CallbackGroup* group,
+                     const Executor& executor) {
   const Added added{node, group != nullptr ? group->name() : "", executors_.at(&executor)};
-  if (begin_ != takt::TimePoint{}) return see(added);
+  if (begin_ != TimePoint{}) return see(added);
   added_.push_back(added);
 }
 
 void Template::spins() {
-  if (begin_ != takt::TimePoint{}) return;
-  begin_ = takt::Clock::steady().now();
-  std::vector<std::shared_ptr<takt::Node>> nodes;
+  if (begin_ != TimePoint{}) return;
+  begin_ = Clock::steady().now();
+  std::vector<std::shared_ptr<Node>> nodes;
   for (const Added& added : added_) {
     see(added);
     const auto node = added.node.lock();
@@ -64,17 +63,17 @@ void Template::spins() {
 }
 
 // Which callback wakes which inside the process, and what `chains: auto` would make of it.
-void Template::plan(const std::vector<std::shared_ptr<takt::Node>>& nodes) {
-  takt::SystemDescription description;
+void Template::plan(const std::vector<std::shared_ptr<Node>>& nodes) {
+  SystemDescription description;
   description.finds_chains = true;
   std::vector<std::string> too_many;
-  const takt::Plan plan = takt::make_plan(takt::find_chains(description, nodes, too_many), nodes);
-  for (const takt::PlannedChain& chain : plan.chains) {
+  const Plan plan = make_plan(find_chains(description, nodes, too_many), nodes);
+  for (const PlannedChain& chain : plan.chains) {
     std::vector<std::string> steps;
-    for (const takt::Chain::Step& step : chain.path) steps.push_back(takt::to_string(step));
+    for (const Chain::Step& step : chain.path) steps.push_back(to_string(step));
     chains_ += fmt::format("#  {}: {}\n", chain.options.name, fmt::join(steps, " -> "));
   }
-  for (const takt::Plan::Callback& planned : plan.callbacks) {
+  for (const Plan::Callback& planned : plan.callbacks) {
     for (Callback& callback : nodes_[planned.node->fully_qualified_name()].callbacks) {
       if (callback.name == planned.entity->name())
         callback.priority = std::max(callback.priority, planned.priority);
@@ -86,7 +85,7 @@ void Template::plan(const std::vector<std::shared_ptr<takt::Node>>& nodes) {
 void Template::see(const Added& added) {
   const auto node = added.node.lock();
   if (node == nullptr) return;
-  Node& seen = nodes_[node->fully_qualified_name()];
+  Seen& seen = nodes_[node->fully_qualified_name()];
   std::set<std::string> fresh;
   for (const auto& group : node->groups()) {
     const bool is_meant =
@@ -106,10 +105,10 @@ void Template::see(const Added& added) {
   }
 }
 
-void Template::ends(const takt::Executor& executor) {
+void Template::ends(const Executor& executor) {
   executors_.erase(&executor);
-  end_ = takt::Clock::steady().now();
-  for (const takt::CallbackStatistics& measured : executor.statistics()) {
+  end_ = Clock::steady().now();
+  for (const CallbackStatistics& measured : executor.statistics()) {
     const auto node = nodes_.find(measured.node);
     if (node == nodes_.end()) continue;
     for (Callback& callback : node->second.callbacks) {
@@ -126,9 +125,9 @@ std::string Template::comment(const Callback& callback) const {
     return fmt::format("{}, {}", to_string(callback.kind),
                        callback.is_measured ? "never called" : "not measured");
   }
-  const auto us = [](takt::Nanoseconds time) { return static_cast<double>(time.count()) / 1000; };
+  const auto us = [](Nanoseconds time) { return static_cast<double>(time.count()) / 1000; };
   return fmt::format("{}, {} ({:.1f}/s), {:.1f} us on average, {:.1f} us at most",
-                     to_string(callback.kind), takt::counted(callback.received, "call"),
+                     to_string(callback.kind), counted(callback.received, "call"),
                      static_cast<double>(callback.received) / seconds(),
                      us(callback.execution.mean()), us(callback.execution.max()));
 }
@@ -182,9 +181,9 @@ std::string Template::text() const {
 }
 
 void Template::write() {
-  if (end_ == takt::TimePoint{}) end_ = takt::Clock::steady().now();
+  if (end_ == TimePoint{}) end_ = Clock::steady().now();
   if (nodes_.empty()) {
-    throw takt::Error("the program has spun no node", "", "TAKT_CONFIG_TEMPLATE=" + path_);
+    throw Error("the program has spun no node", "", "TAKT_CONFIG_TEMPLATE=" + path_);
   }
   const int fd = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (fd < 0 && errno == EEXIST) exists(path_);
@@ -194,9 +193,8 @@ void Template::write() {
   const int error = errno;
   if (fd >= 0) close(fd);
   if (!is_written) {
-    throw takt::Error("cannot be written: " + takt::errno_message(error), "",
-                      "TAKT_CONFIG_TEMPLATE=" + path_);
+    throw Error("cannot be written: " + errno_message(error), "", "TAKT_CONFIG_TEMPLATE=" + path_);
   }
 }
 
-}  // namespace rclcpp::detail
+}  // namespace takt::programs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "description.hpp"
+#include "takt/programs/description.hpp"
 
 #include <cerrno>
 
@@ -9,43 +9,42 @@
 #include "takt/base/output_file.hpp"
 #include "takt/entities/subscription.hpp"
 #include "takt/measuring/json_text.hpp"
+#include "takt/programs/results.hpp"
 
-#include "results.hpp"
-
-namespace rclcpp::detail {
+namespace takt::programs {
 namespace {
 
 using nlohmann::json;
 
 // As tools/takt/analyze/program_nodes.cpp reads it.
-json describe(const takt::QoS& qos) {
+json describe(const QoS& qos) {
   const auto& [depth, reliability, durability, liveliness, deadline, lifespan, lease] = qos;
   return {depth,
-          reliability == takt::Reliability::reliable,
-          durability == takt::Durability::transient_local,
-          liveliness == takt::Liveliness::manual_by_topic,
+          reliability == Reliability::reliable,
+          durability == Durability::transient_local,
+          liveliness == Liveliness::manual_by_topic,
           deadline.count(),
           lifespan.count(),
           lease.count()};
 }
 
-json describe(const takt::Entity& entity) {
+json describe(const Entity& entity) {
   json result = {{"kind", std::string(to_string(entity.kind()))},
                  {"name", entity.name()},
                  {"group", entity.group()->name()}};
-  if (entity.kind() == takt::EntityKind::timer) result["period_ns"] = entity.period().count();
-  if (const auto* subscription = dynamic_cast<const takt::SubscriptionBase*>(&entity)) {
+  if (entity.kind() == EntityKind::timer) result["period_ns"] = entity.period().count();
+  if (const auto* subscription = dynamic_cast<const SubscriptionBase*>(&entity)) {
     result["topic"] = subscription->topic();
     result["qos"] = describe(subscription->qos());
   }
   return result;
 }
 
-json describe(const takt::Node& node) {
+json describe(const Node& node) {
   json groups = json::array(), callbacks = json::array(), topics = json::array();
   for (const auto& group : node.groups()) {
     groups.push_back({{"name", group->name()},
-                      {"is_reentrant", group->type() == takt::CallbackGroupType::Reentrant},
+                      {"is_reentrant", group->type() == CallbackGroupType::Reentrant},
                       {"is_automatic", group->automatically_add_to_executor()},
                       {"is_served", !group->belongs_to(nullptr)}});
   }
@@ -66,13 +65,12 @@ json describe(const takt::Node& node) {
 
 }  // namespace
 
-void write_description(const std::vector<std::shared_ptr<takt::Node>>& nodes,
+void write_description(const std::vector<std::shared_ptr<Node>>& nodes,
                        const std::vector<std::string>& others, const std::string& path) {
   json described = json::array();
   for (const auto& node : nodes) described.push_back(describe(*node));
-  takt::write_output(path, std::string(takt::kTaktsJson) +
-                               takt::rt::json_text(json{{"nodes", described}, {"others", others}}) +
-                               '\n');
+  write_output(path, std::string(kTaktsJson) +
+                         rt::json_text(json{{"nodes", described}, {"others", others}}) + '\n');
 }
 
-}  // namespace rclcpp::detail
+}  // namespace takt::programs

@@ -1,7 +1,7 @@
 // What the environment changes in a program: its executors, and who serves which node.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef RCLCPP_PROGRAM_HPP_
-#define RCLCPP_PROGRAM_HPP_
+#ifndef TAKT_PROGRAMS_PROGRAM_HPP_
+#define TAKT_PROGRAMS_PROGRAM_HPP_
 
 #include <atomic>
 #include <condition_variable>
@@ -14,12 +14,21 @@
 #include <vector>
 
 #include "takt/containers/container.hpp"
+#include "takt/programs/results.hpp"
+#include "takt/programs/template.hpp"
 
-#include "rclcpp/executor.hpp"
-#include "results.hpp"
-#include "template.hpp"
+namespace takt::programs {
 
-namespace rclcpp::detail {
+/// A spin of the program's that goes on until it is cancelled.
+class LongSpin {
+ public:
+  virtual void cancel() = 0;
+  /// Whether what spins may go on.
+  virtual bool is_valid() const = 0;
+
+ protected:
+  ~LongSpin() = default;
+};
 
 /// `TAKT_EXECUTOR` and `TAKT_SCHEDULER` name the type of every executor. `TAKT_CONFIG` names a file
 /// whose `nodes` are served by its executors, not by those that the program adds them to:
@@ -37,33 +46,33 @@ namespace rclcpp::detail {
 /// Thread safety: every method from any thread. Real-time: set-up only.
 class Program {
  public:
-  /// Reads the environment at its first call, of which init makes one. Throws takt::Error.
+  /// Reads the environment at its first call, of which init makes one. Throws Error.
   static Program& instance();
 
   /// With the type and the scheduler of the environment, if it has them.
-  std::unique_ptr<takt::Executor> make_executor(const std::string& type,
-                                                takt::ExecutorOptions options);
+  std::unique_ptr<Executor> make_executor(const std::string& type, ExecutorOptions options);
   /// It spins no more.
-  void ends(const takt::Executor& executor) noexcept;
+  void ends(const Executor& executor) noexcept;
 
   /// Whether executors of the file serve it, or this group of it.
-  bool serves(const takt::Node& node, const takt::CallbackGroup* group = nullptr) const;
+  bool serves(const Node& node, const CallbackGroup* group = nullptr) const;
   /// Whether an executor of the program must remove it. A static one keeps what it has until it
   /// goes, as it could only refuse.
-  bool removes(const takt::Node& node, const takt::CallbackGroup* group = nullptr) const;
+  bool removes(const Node& node, const CallbackGroup* group = nullptr) const;
   bool is_serving() const noexcept { return is_serving_.load(); }
 
   /// A node of the program, which makes or drops it.
-  void made(const takt::Node& node);
-  void gone(const takt::Node& node) noexcept;
+  void made(const Node& node);
+  void gone(const Node& node) noexcept;
   /// It, or this group of it, is to be added to an executor, for the first time or again. False:
   /// one of the file serves it.
-  bool add(const std::shared_ptr<takt::Node>& node, const takt::Executor& executor,
-           const takt::CallbackGroup* group = nullptr);
+  bool add(const std::shared_ptr<Node>& node, const Executor& executor,
+           const CallbackGroup* group = nullptr);
 
-  void begin_spin(Executor& executor, const Context& context, bool is_long);
-  /// Of a long one: throws what a callback threw.
-  void end_spin(const Executor& executor, const Context& context);
+  /// nullptr: a short one.
+  void begin_spin(LongSpin* spin);
+  /// Throws what a callback threw.
+  void end_spin(const LongSpin& spin);
   /// Of one that is not long.
   void has_spun() noexcept;
   /// Lets the container end, without waiting.
@@ -71,7 +80,7 @@ class Program {
 
  private:
   Program();
-  const takt::ComponentDescription* find(const std::string& name) const;
+  const ComponentDescription* find(const std::string& name) const;
   void check_nodes() const;
   bool has_all_nodes() const;
   [[noreturn]] void describe_nodes() const;
@@ -86,14 +95,14 @@ class Program {
     std::size_t trace_events = 0;
   };
   Variables variables_;
-  std::optional<takt::SystemDescription> file_;
+  std::optional<SystemDescription> file_;
   std::atomic<bool> is_serving_{false};
 
   mutable std::mutex mutex_;     // guards all below; nothing of the program's runs under it
   std::set<std::string> names_;  // of all nodes that there have been
-  std::vector<std::weak_ptr<takt::Node>> added_;
-  std::vector<std::pair<Executor*, const Context*>> spinning_;  // for long
-  std::shared_ptr<takt::Container> container_;
+  std::vector<std::weak_ptr<Node>> added_;
+  std::vector<LongSpin*> spinning_;
+  std::shared_ptr<Container> container_;
   bool is_ending_ = false;  // a thread waits for the end of one
   std::condition_variable ended_;
   bool is_over_ = false;  // it ends, as a callback has thrown or a context was shut down
@@ -102,6 +111,6 @@ class Program {
   std::set<std::string> notes_;  // that have been printed
 };
 
-}  // namespace rclcpp::detail
+}  // namespace takt::programs
 
-#endif  // RCLCPP_PROGRAM_HPP_
+#endif  // TAKT_PROGRAMS_PROGRAM_HPP_
