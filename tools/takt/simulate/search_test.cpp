@@ -159,7 +159,7 @@ TEST(ScenarioSearch, ComesCloseToExactBounds) {
 }
 
 // Beside scenarios that are drawn, as many as a person would try. Of 497 chains of 150 systems, a
-// search found less for 5, and more for 102.
+// search found less for 5, and more for 102; from the seeds 5000 and 90000 less for 10 and 2.
 TEST(ScenarioSearch, FindsWhatOthersFind) {
   std::size_t chains = 0, less = 0, more = 0;
   for (std::uint64_t seed = 1; seed <= testing::random_systems(6); ++seed) {
