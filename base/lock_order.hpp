@@ -13,7 +13,7 @@ namespace TAKT_PUBLIC takt {
 /// two threads wait for each other. Debug and sanitizer builds end the program otherwise
 /// (TAKT_CHECK_LOCKS). Each says what is taken while it is held; no thread holds two of one kind.
 /// All others are a `leaf`: a thread that holds one of these above takes it, and what is taken
-/// under a leaf is not checked yet (those of containers look at nodes).
+/// under a leaf is not checked yet (under that of a container's watch, executors are asked).
 ///
 /// A plain std::mutex is not in the order: only set-up, other processes' discovery and simulated
 /// time have some. They come before all of these where they call the library (the lists of a
