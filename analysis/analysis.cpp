@@ -357,7 +357,8 @@ ChainBound Solver::bound(const Chain& chain) const {
         result.bound = plus(result.bound, before.wait);
         if (before.wait >= kUnbounded && result.why_not.empty()) {
           result.why_not = fmt::format(
-              "it is not known how long '{}' waits for the other inputs of the join before '{}'",
+              "it is not known how long '{}' waits for the other inputs of the join before '{}': "
+              "nothing may be lost on its way there",
               sender.name, receiver.name);
         }
       }

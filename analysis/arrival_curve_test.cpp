@@ -63,8 +63,9 @@ std::vector<Time> times_for(const Supply& supply, Time most) {
 }
 
 TEST(Supply, OfAReservationAsPublished) {
-  EXPECT_THAT(times_for(Supply(Reservation{3, 5}), 7), ElementsAre(0, 5, 6, 7, 10, 11, 12, 15));
-  EXPECT_EQ(Supply(Reservation{4, 10}).time_for(5, 1000), 23);
+  EXPECT_THAT(times_for(Supply(Reservation{3, 5}, nullptr), 7),
+              ElementsAre(0, 5, 6, 7, 10, 11, 12, 15));
+  EXPECT_EQ(Supply(Reservation{4, 10}, nullptr).time_for(5, 1000), 23);
 }
 
 TEST(Supply, IsWhatMoreUrgentThreadsLeave) {

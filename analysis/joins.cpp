@@ -23,7 +23,7 @@ Time Solver::wait_of_join(std::size_t from, Time own_gap, const Output& output) 
   for_each_sender(output, [&](std::size_t sender, const Output&) {
     if (sender != from) others = std::max(others, next_end(sender));
   });
-  return std::min(own_gap, others);
+  return std::min(may_lose_before(from) ? kUnbounded : own_gap, others);
 }
 
 // From any instant until the callback has run once more.
@@ -47,10 +47,9 @@ bool Solver::may_lose_before(std::size_t callback) const {
     for (const Output& output : described.outputs) {
       if (is_before[output.to]) is_before[*from] = true;
     }
-    if (is_before[*from] && described.depth &&
-        parts_[described.executor].backlog(*from) > *described.depth) {
-      return true;
-    }
+    const bool overflows =
+        described.depth && parts_[described.executor].backlog(*from) > *described.depth;
+    if (is_before[*from] && (described.may_lose || overflows)) return true;
   }
   return false;
 }

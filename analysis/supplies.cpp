@@ -6,30 +6,47 @@
 namespace takt::analysis {
 namespace {
 
+// What it costs a thread of SCHED_RR that runs for so long to go behind its equals and come back.
+// Its first slice may be nearly over.
+Time turns_of(const Part& part, Time time) {
+  const Time slice = part.executor.share ? part.executor.share->slice : 0;
+  if (slice == 0 || !part.supply.has_equals()) return 0;
+  return times(times(2, part.system.overheads.context_switch), time / slice + 1);
+}
+
 // With what it costs to come and go between others, once for each execution.
 Time demand_of(const std::vector<const Part*>& parts, Time window) {
   Time result = 0;
   for (const Part* part : parts) {
     const Time switches = times(2, part->system.overheads.context_switch);
-    result = plus(result, part->demand_with_spinning(window, switches));
+    const Time demand = part->demand_with_spinning(window, switches);
+    result = plus(result, plus(demand, turns_of(*part, demand)));
   }
   return result;
 }
 
-// What these executions cost a thread that goes on elsewhere. A reservation's may be interrupted at
-// the end of each of its budgets.
+// What one execution of an executor costs a thread whose CPU it takes. A reservation goes back to
+// the CPU that it had: so others may have to go when one comes, and when one goes.
+Time switches_of(const Part& part) {
+  return times(part.executor.reservation ? 4 : 2, part.system.overheads.context_switch);
+}
+
+// The same of all in a window. A reservation's may be interrupted at the end of each of its
+// budgets.
+Time moves_by(const Part& part, Time window) {
+  const Time each = switches_of(part);
+  if (each == 0) return 0;
+  const Time with_moves = part.demand_with_spinning(window, each);
+  if (with_moves >= kUnbounded) return kUnbounded;
+  const auto& reservation = part.executor.reservation;
+  return plus(with_moves - part.demand_with_spinning(window, 0),
+              reservation ? times(each, window / reservation->period + 2) : 0);
+}
+
+// What these executions, and those before, cost a thread that goes on elsewhere.
 Time moves_by(const std::vector<const Part*>& parts, Time window) {
   Time result = 0;
-  for (const Part* part : parts) {
-    const Time each = times(2, part->system.overheads.context_switch);
-    if (each == 0) continue;
-    const Time before = plus(window, part->busy);
-    const Time with_moves = part->demand_with_spinning(before, each);
-    if (with_moves >= kUnbounded) return kUnbounded;
-    result = plus(result, with_moves - part->demand_with_spinning(before, 0));
-    const auto& reservation = part->executor.reservation;
-    if (reservation) result = plus(result, times(each, window / reservation->period + 2));
-  }
+  for (const Part* part : parts) result = plus(result, moves_by(*part, plus(window, part->busy)));
   return result;
 }
 
@@ -43,7 +60,9 @@ Time most_of(const Reservation& reservation, Time window) {
 // While it waits, each of its CPUs runs one of them. What is left of their work when a window
 // begins has come since they had nothing to do. Source: Bertogna, Cirinei, Lipari, TPDS 2009, for
 // jobs of tasks.
-Time taken_by(const std::vector<const Part*>& above, std::size_t cpus, Time window) {
+Time taken_by(const Part& part, Time window) {
+  const auto& above = part.above;
+  const std::size_t cpus = part.executor.share->cpus.size();
   Time result = 0;
   for (const Part* part : above) {
     const auto& reservation = part->executor.reservation;
@@ -51,13 +70,30 @@ Time taken_by(const std::vector<const Part*>& above, std::size_t cpus, Time wind
                                       : std::min(window, part->demand_with_spinning(
                                                              plus(window, part->busy), 0)));
   }
-  return plus(result / static_cast<Time>(cpus), moves_by(above, window));
+  return plus(result / static_cast<Time>(cpus),
+              plus(moves_by(above, window), moves_by(part.movers, window)));
+}
+
+// All others with a reservation may preempt it, wherever they run, when they come and when their
+// budgets do: what they have not done when a window begins does not come in it.
+void reserve(Part& part, const std::vector<Part>& parts) {
+  const auto switches = [&part, &parts](Time window) {
+    Time result = 0;
+    for (const Part& other : parts) {
+      if (&other != &part && other.executor.reservation)
+        result = plus(result, moves_by(other, window));
+    }
+    return result;
+  };
+  const bool is_free = part.system.overheads.context_switch == 0;
+  part.supply = Supply(*part.executor.reservation, is_free ? Supply::Demand() : switches);
 }
 
 void find_above(Part& part, const std::vector<Part>& parts) {
   bool has_equals = false, are_bound = true;
-  for (const std::size_t other :
-       rivals(part.system, static_cast<std::size_t>(&part - parts.data()))) {
+  const auto index = static_cast<std::size_t>(&part - parts.data());
+  for (const std::size_t other : pushers(part.system, index)) part.movers.push_back(&parts[other]);
+  for (const std::size_t other : rivals(part.system, index)) {
     const auto& theirs = parts[other].executor.share;
     has_equals = has_equals || (theirs && theirs->priority == part.executor.share->priority);
     are_bound = are_bound && theirs && theirs->cpus.size() == 1;
@@ -69,15 +105,16 @@ void find_above(Part& part, const std::vector<Part>& parts) {
       part.supply = Supply([&part](Time window) { return moves_by(part.movers, window); }, false);
     return;
   }
-  const std::size_t cpus = part.executor.share->cpus.size();
-  if (cpus == 1 && are_bound) {
-    part.supply =
-        Supply([&part](Time window) { return demand_of(part.above, window); }, has_equals);
+  if (part.executor.share->cpus.size() == 1 && are_bound) {
+    part.supply = Supply(
+        [&part](Time window) {
+          return plus(demand_of(part.above, window), turns_of(part, window));
+        },
+        has_equals);
   } else if (has_equals) {  // each would wait for what the other has left over
     part.supply = Supply([](Time) { return kUnbounded; }, has_equals);
   } else {
-    part.supply = Supply([&part, cpus](Time window) { return taken_by(part.above, cpus, window); },
-                         has_equals);
+    part.supply = Supply([&part](Time window) { return taken_by(part, window); }, has_equals);
   }
 }
 
@@ -85,7 +122,11 @@ void find_above(Part& part, const std::vector<Part>& parts) {
 // may be on each.
 void limit(Part& part, const std::vector<Part>& parts) {
   if (!part.system.for_realtime || !part.executor.is_realtime) return;
-  part.supply.limit(*part.system.for_realtime, part.system.may_come_twice, part.is_throttled);
+  // One that Linux makes wait has been preempted.
+  const auto& [budget, period] = *part.system.for_realtime;
+  const Time switches = times(2, part.system.overheads.context_switch);
+  part.supply.limit({std::max(Time{0}, budget - switches), period}, part.system.may_come_twice,
+                    part.is_throttled);
   for (const Part& other : parts) {
     const auto& mine = part.executor.share;
     const auto& theirs = other.executor.share;
@@ -98,8 +139,11 @@ void limit(Part& part, const std::vector<Part>& parts) {
 
 void make_supplies(std::vector<Part>& parts) {
   for (Part& part : parts) {
-    if (part.executor.reservation) part.supply = Supply(*part.executor.reservation);
-    find_above(part, parts);
+    if (part.executor.reservation) {
+      reserve(part, parts);
+    } else {
+      find_above(part, parts);
+    }
     limit(part, parts);
   }
 }

@@ -7,9 +7,14 @@ Time Supply::time_for(Time work, Time limit) const {
   if (work <= 0) return 0;
   if (work > limit) return kUnbounded;
   if (period_ != 0) {
-    const Time blackout = period_ - budget_;
-    const Time periods = work / budget_, rest = work % budget_;
-    return plus(plus(blackout, times(periods, period_)), rest > 0 ? blackout + rest : 0);
+    const auto granted_after = [this](Time amount) {
+      const Time blackout = period_ - budget_;
+      const Time periods = amount / budget_, rest = amount % budget_;
+      return plus(plus(blackout, times(periods, period_)), rest > 0 ? blackout + rest : 0);
+    };
+    if (switches_ == nullptr) return granted_after(work);
+    return least_fixed_point(
+        [&](Time window) { return granted_after(plus(work, switches_(window))); }, limit, work);
   }
   if (above_ == nullptr && !is_throttled()) return work;
   return least_fixed_point(

@@ -42,8 +42,9 @@ class Supply {
   Supply() = default;
   /// Source: Shin, Lee: "Periodic Resource Model for Compositional Real-Time Guarantees", RTSS
   /// 2003. The deadline is the period: then Linux' rule for a late wake-up takes nothing from it.
-  explicit Supply(Reservation reservation)
-      : budget_(reservation.budget), period_(reservation.period) {}
+  /// `switches`: what it pays of its budget, in a window of any length, as others come and go.
+  Supply(Reservation reservation, Demand switches)
+      : budget_(reservation.budget), period_(reservation.period), switches_(std::move(switches)) {}
   /// What threads that are more urgent, or as urgent, leave of a processor. Equal ones do not
   /// preempt: while they wait, this one may begin whatever it has.
   Supply(Demand above, bool has_equals) : above_(std::move(above)), has_equals_(has_equals) {}
@@ -73,6 +74,7 @@ class Supply {
   Time further_ = 0;  // periods beside those of a window
   const bool* is_throttled_ = nullptr;
   Time budget_ = 0, period_ = 0;  // no reservation: 0
+  Demand switches_;               // of a reservation; nullptr: nothing
   Demand above_;
   bool has_equals_ = false;
 };

@@ -35,6 +35,22 @@ std::vector<std::size_t> rivals(const System& system, std::size_t executor) {
   return found;
 }
 
+std::vector<std::size_t> pushers(const System& system, std::size_t executor) {
+  const auto& mine = system.executors[executor].share;
+  if (!mine || system.overheads.context_switch == 0) return {};
+  bool may_one_come = false;
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < system.executors.size(); ++i) {
+    const auto& theirs = system.executors[i].share;
+    if (i == executor || !theirs || theirs->priority < mine->priority) continue;
+    const bool meets = mine->meets(*theirs);
+    may_one_come |= meets && theirs->cpus.size() > 1;
+    if (!meets) found.push_back(i);
+  }
+  if (!may_one_come) found.clear();
+  return found;
+}
+
 void check(const System& system) {
   const auto is_time = [](Time time) { return time >= 0 && time <= kUnbounded; };
   for (const Executor& executor : system.executors) {

@@ -41,6 +41,8 @@ struct Callback {
   /// How many messages may wait for it; of more, the oldest are lost. nullopt: any number, but of
   /// a timer's releases one.
   std::optional<Count> depth;
+  /// Of what is sent to it some may be lost, so that a join cannot rely on its next execution.
+  bool may_lose = false;
   bool has_one_release() const { return is_timer && depth.value_or(1) == 1; }
   std::vector<Output> outputs;
   // What orders it, see Order.
@@ -67,6 +69,7 @@ struct Executor {
   struct Share {
     std::vector<int> cpus;  // on which it may run, sorted
     int priority = 0;       // SCHED_FIFO: the more urgent thread preempts
+    Time slice = 0;         // SCHED_RR: after so long it goes behind others of its priority
     bool meets(const Share& other) const;
     /// Whether it may wait while the other one runs.
     bool yields_to(const Share& other) const { return meets(other) && other.priority >= priority; }
@@ -118,6 +121,10 @@ struct System {
 /// The executors whose threads may run while that of this one waits: those that preempt it, if they
 /// are as many as its CPUs. Thread safety: a pure function. Real-time: no.
 std::vector<std::size_t> rivals(const System& system, std::size_t executor);
+
+/// Those that cost the threads of this one nothing but switches: they send others, which may move,
+/// to its CPUs. Thread safety: a pure function. Real-time: no.
+std::vector<std::size_t> pushers(const System& system, std::size_t executor);
 
 /// Throws Error for what would make the analyses divide by zero, read outside, or answer a question
 /// that is none.

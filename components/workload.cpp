@@ -198,9 +198,9 @@ class Maker {
   }
 
   /// In one execution; of callbacks of one name, the most.
-  void sends(const std::string& callback, std::size_t bytes) {
+  void sends(const std::string& callback, std::size_t bytes, std::size_t written = 0) {
     Sending& most = entities_.sent[callback];
-    most = {1, std::max(most.bytes, bytes)};
+    most = {1, std::max(most.bytes, bytes), std::max(most.written, written)};
   }
 
   AnyNode& node_;
@@ -405,7 +405,8 @@ void Maker<AnyNode>::add_publisher(const Publishing& publishing) {
   const auto fresh = prototype(std::type_identity<T>{}, publishing.size_bytes);
   const std::string timer = timer_name(publishing.topic);
   works(timer, publishing.work);
-  sends(timer, std::max(publishing.size_bytes, publishing.fixed_bytes) + publishing.fill_bytes);
+  const std::size_t bytes = std::max(publishing.size_bytes, publishing.fixed_bytes);
+  sends(timer, bytes, publishing.fill_bytes + (loans == 0 ? bytes : 0));
   auto publisher = node_.template create_publisher<T>(publishing.topic, publishing.qos,
                                                       {.loans = loans,
                                                        .prototype = fresh,

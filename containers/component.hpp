@@ -40,7 +40,8 @@ class Completing {
 /// What one execution of a callback sends at most.
 struct Sending {
   std::size_t messages = 0;
-  std::size_t bytes = 0;  // of all, also those that it only writes
+  std::size_t bytes = 0;    // of all
+  std::size_t written = 0;  // bytes that it fills or copies before it sends them
 };
 
 /// Interface of a component that knows how long its callbacks run, for the analysis of response

@@ -180,6 +180,7 @@ void Container::check_matches() {
 
 void Container::hold() {
   watch_->look();  // from here on a release that waits counts as one that nobody has taken
+  for (const auto& chain : chains_) chain->end();
   for (const auto& running : *running_) {
     if (!running->is_own) running->executor->release_timers(false);
   }

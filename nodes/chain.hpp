@@ -61,9 +61,15 @@ class Chain {
   void watch(Nanoseconds bound) noexcept { bound_ = bound; }
   std::uint64_t beyond_bound() const noexcept { return beyond_bound_; }
 
+  /// Timers release no more. A join that waits for one goes on with what another input sends, late:
+  /// from here on its instances do not count.
+  void end() noexcept { has_ended_.store(true, std::memory_order_relaxed); }
+
   // For executors.
 
-  void finished(Nanoseconds latency) noexcept {
+  /// `was_joined`: it has come through a join.
+  void finished(Nanoseconds latency, bool was_joined = false) noexcept {
+    if (was_joined && has_ended_.load(std::memory_order_relaxed)) return;
     ++instances_;
     if (latency > bound_) ++beyond_bound_;
     if (options_.deadline != Nanoseconds::zero() && latency > options_.deadline) ++misses_;
@@ -77,6 +83,7 @@ class Chain {
   Nanoseconds bound_ = Nanoseconds::max();
   Counter<> instances_, misses_, beyond_bound_;
   std::atomic<std::uint64_t> aborted_{0};
+  std::atomic<bool> has_ended_{false};
   Histogram latency_;
 };
 

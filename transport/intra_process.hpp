@@ -166,7 +166,7 @@ class IntraProcessReader {
   const Endpoint endpoint_;
   KeepLastRing<MessageBlock> ring_;
   std::atomic<ArrivalListener*> listener_{nullptr};
-  std::atomic<bool> wants_time_{false};
+  std::atomic<bool> wants_time_{true};  // until an executor says that it does not
   std::atomic<std::uint64_t> dropped_{0}, missed_{0};
   std::uint64_t address_ = 0;         // 0: every message is for us
   DeliveryFilter* filter_ = nullptr;  // nullptr: each is delivered

@@ -235,6 +235,10 @@ TEST_F(IntraProcessTest, StampsMessagesOnlyWhenAReaderWantsTheTime) {
     does_not.take()->release();
     return time;
   };
+  // A message may wait for an executor that measures from when it was sent.
+  EXPECT_EQ(publish_time(), clock_.now());
+  wants.set_wants_time(false);
+  does_not.set_wants_time(false);
   EXPECT_EQ(publish_time(), TimePoint{});
   wants.set_wants_time(true);
   EXPECT_EQ(publish_time(), clock_.now());

@@ -63,7 +63,7 @@ struct TaskSet {
   Time until = 0;               // the last window of a table
   Time limit = 60'000'000'000;  // larger results count as none
 
-  Supply supply() const { return reservation ? Supply(*reservation) : Supply(); }
+  Supply supply() const { return reservation ? Supply(*reservation, nullptr) : Supply(); }
 };
 
 /// Of one task.

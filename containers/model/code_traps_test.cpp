@@ -439,7 +439,7 @@ TEST(CodeTraps, AModelOfOneProcessIsNotOneOfTwo) {
     return analyzed(two_processes("topics: {/x: {delay: {max: 1ms}}}\n"), &measured)
         .text_of("model_from_elsewhere");
   };
-  EXPECT_THAT(text("", ""), HasSubstr("'/x/x_timer', '/y/x' takes as long to send to another"));
+  EXPECT_THAT(text("", ""), HasSubstr("'/x/x_timer', '/y/x' takes as long to send to other"));
   EXPECT_THAT(text("p/", "p/"), HasSubstr("'/x/x_timer', '/y/x' takes"));
   EXPECT_EQ(text("p1/", "p2/"), "");
 }

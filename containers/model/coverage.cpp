@@ -57,7 +57,8 @@ constexpr CoverageEntry kTable[] = {
      "announcements are sent when endpoints are made, not by callbacks"},
     {"dds", "rosout", kIrrelevant, "the thread `log` sends it: see a reserved thread"},
     {"dds", "shared_memory", kIrrelevant,
-     "the time between processes is `delay`, whatever the way"},
+     "the time between processes is `delay`, whatever the way; that what was measured went the "
+     "same: as_measured"},
     {"dds", "synchronized_clocks", kIrrelevant,
      "only says from when latencies of other hosts count"},
     {"dds", "threads", kUsed,

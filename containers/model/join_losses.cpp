@@ -50,6 +50,14 @@ class Senders {
     std::erase_if(found, [&](std::size_t each) { return !system_.callbacks[each].arrivals; });
     return found;
   }
+  /// Whether it gets one message for each release or message of one root.
+  bool has_one_way(std::size_t callback) const {
+    while (!system_.callbacks[callback].arrivals) {
+      if (to_[callback].size() != 1 || to_[callback].front().output->messages != 1) return false;
+      callback = to_[callback].front().from;
+    }
+    return to_[callback].empty();
+  }
   /// From the release of a root to the end of the callback.
   analysis::Time reach(std::size_t callback) const {
     const std::size_t executor = system_.callbacks[callback].executor;
@@ -98,7 +106,7 @@ Loss loss_of_join(const SystemModel& model, const analysis::Bounds& bounds, std:
     return {};
   }
   const std::set<std::size_t> own_roots = senders.roots(from);
-  const bool has_one_root = own_roots.size() == 1;
+  const bool has_one_way = senders.has_one_way(from);
   analysis::Time others = 0;
   for (const Senders::Link& link : inputs) {
     if (!link.output->waits || link.from == from) continue;
@@ -109,17 +117,18 @@ Loss loss_of_join(const SystemModel& model, const analysis::Bounds& bounds, std:
                           callbacks[link.from].name, why),
               0};
     }
-    // Of the same release, it has come before the next one is made.
-    if (has_one_root && senders.roots(link.from) == own_roots &&
+    // Of the same release, both have come before the next one is made.
+    if (has_one_way && senders.roots(link.from) == own_roots &&
         callbacks[*own_roots.begin()].is_timer &&
-        senders.reach(link.from) <= model.callbacks[*own_roots.begin()].period.count()) {
+        std::max(senders.reach(from), senders.reach(link.from)) <=
+            model.callbacks[*own_roots.begin()].period.count()) {
       continue;
     }
     others = std::max(others, senders.next_end(link.from));
   }
   if (others == 0) return {};
   const analysis::Time while_waiting = plus(others, senders.reach(from));
-  const Count most = while_waiting >= kUnbounded || !has_one_root
+  const Count most = while_waiting >= kUnbounded || !has_one_way
                          ? 0
                          : callbacks[*own_roots.begin()].arrivals->most(plus(while_waiting, 1));
   if (most == 1) return {};

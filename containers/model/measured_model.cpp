@@ -182,13 +182,18 @@ class ModelReader : private SystemReader {
 
   MeasuredCallback callback(const Value& value) {
     MeasuredCallback result;
+    bool has_none = false;
     result.name = value.name;
     if (!value.name.starts_with('/') || value.name.find('/', 1) == std::string::npos) {
       errors_.add(value.line, fmt::format("'{}' names no callback", value.name),
                   "write its node and its name, as in /camera/image");
     }
     read_map(value, "a measured callback",
-             {{"executions", "", into_count(result.executions)},
+             {{"executions", "",
+               [&](const Value& count) {
+                 into_count(result.executions)(count);
+                 has_none = result.executions == 0;
+               }},
               {"execution", "", into_execution(result)},
               {"arrival", "", into_arrival(result)},
               {"dropped", "", into_count(result.dropped)},
@@ -197,6 +202,9 @@ class ModelReader : private SystemReader {
                  caused_.emplace_back(cause.line, cause.name);
                  into_count(result.causes[cause.name])(cause);
                })}});
+    if (has_none && result.longest_execution != Nanoseconds::zero()) {
+      complain(value, "it has an execution time of 0 'executions'");
+    }
     return result;
   }
 

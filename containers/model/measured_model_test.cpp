@@ -166,6 +166,8 @@ TEST(MeasuredModel, RefusesExecutionTimesThatContradictEachOther) {
               HasSubstr("'p50' is longer than 'p99'"));
   EXPECT_THAT(errors_of("    execution: {max: 4ms, first_ten: 5ms}"),
               HasSubstr("'first_ten' is longer than 'max'"));
+  EXPECT_THAT(errors_of("    executions: 0\n    execution: {max: 4ms}"),
+              HasSubstr("contradicts itself: it has an execution time of 0 'executions'"));
   EXPECT_THAT(errors_of("    execution: {max: 0s}"), HasSubstr("'max' is zero"));
   EXPECT_EQ(errors_of("    execution: {p50: 1ms}"),
             "m.model.yaml:3: an execution time needs the key 'max'; add it\n");

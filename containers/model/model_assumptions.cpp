@@ -53,6 +53,7 @@ std::string ModelParts::measured_source() const {
   for (const MeasuredCallback& seen : measured_->callbacks) {
     if (seen.executions != 0 && (least == 0 || seen.executions < least)) least = seen.executions;
   }
+  if (least == 0) return "stated in the model";  // which a person has written
   return fmt::format("measured, n = {} or more", least);
 }
 
@@ -205,12 +206,19 @@ void AssumptionFinder::add_assumptions_of_model() {
             .name = {},
             .source = measured_source(),
             .executor = executor});
-    if (!says_all(i)) {
+    if (process_of(i)->is_program) {
+      assume_of(
+          i, "model_from_elsewhere",
+          "the program of {} is what it was in the measured run, as it was built and with the "
+          "same arguments",
+          measured_source());
+    } else if (!says_all(i)) {
       assume_of(i, "as_measured",
                 "what the library of the component of {} links is what it was in the measured run",
                 measured_source());
     }
-    add_what_was_near(i);
+    add_how_it_sent(i);
+    add_other_processes(i);
     if (measured_->differs.empty()) continue;
     assume({.id = "model_from_elsewhere",
             .state = State::unchecked,

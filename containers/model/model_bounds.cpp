@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -74,10 +75,11 @@ bool has_one_way(const SystemModel& model, std::size_t to) {
   return false;
 }
 
-Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t index) {
+// Of what comes to it from others: then it need not run again for the next one.
+Loss loss_of_messages(const SystemModel& model, const ModelBounds& bounds, std::size_t index) {
   const SystemModel::Callback& facts = model.callbacks[index];
-  const analysis::Callback& callback = model.system.callbacks[index];
   const analysis::CallbackBound& bound = bounds.all.callbacks[index];
+  const analysis::Callback& callback = model.system.callbacks[index];
   const std::string& name = callback.name;
   if (facts.dropped != 0) {
     return {fmt::format("'{}' lost {} in the measured run", name, facts.dropped), 0};
@@ -89,6 +91,24 @@ Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t in
                         to_string(facts.lifespan)),
             0};
   }
+  const auto depth = static_cast<Count>(facts.depth);
+  const Count held = analysis::plus(std::min(bound.backlog, depth), 1);  // and the one that is read
+  if (analysis::times(held, static_cast<Count>(facts.bytes)) > static_cast<Count>(kMostReceived)) {
+    return {
+        fmt::format("{} messages of {} bytes may wait for '{}', and those of a topic from other "
+                    "processes have a gibibyte",
+                    held, facts.bytes, name),
+        0};
+  }
+  return {};
+}
+
+Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t index) {
+  const SystemModel::Callback& facts = model.callbacks[index];
+  const analysis::Callback& callback = model.system.callbacks[index];
+  const analysis::CallbackBound& bound = bounds.all.callbacks[index];
+  const std::string& name = callback.name;
+  if (Loss loss = loss_of_messages(model, bounds, index); !loss.why.empty()) return loss;
   if (callback.is_timer && facts.period > Nanoseconds::zero()) {
     return loss_of_timer(name, facts, callback, bound.bound);
   }
@@ -100,14 +120,6 @@ Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t in
     }
   }
   const auto depth = static_cast<Count>(facts.depth);
-  const Count held = analysis::plus(std::min(bound.backlog, depth), 1);  // and the one that is read
-  if (analysis::times(held, static_cast<Count>(facts.bytes)) > static_cast<Count>(kMostReceived)) {
-    return {
-        fmt::format("{} messages of {} bytes may wait for '{}', and those of a topic from other "
-                    "processes have a gibibyte",
-                    held, facts.bytes, name),
-        0};
-  }
   if (depth == 0 || bound.backlog <= depth) return {};
   if (bound.backlog >= kUnbounded) {
     return {fmt::format("it is not known how many messages wait for '{}'", name), 0};
@@ -165,14 +177,23 @@ Loss loss_of_loans(const SystemModel& model, const ModelBounds& bounds, std::siz
   return {};
 }
 
+// Something on the way to it, or by `loss` at it.
+std::string why_lost(const SystemModel& model, const ModelBounds& bounds, std::size_t index,
+                     Loss loss) {
+  const std::string& best_effort = model.callbacks[index].best_effort;
+  if (!best_effort.empty()) return best_effort;
+  std::vector<bool> seen(model.system.callbacks.size());
+  if (loss.why.empty()) loss.why = why_ended_by(model, bounds, {index}, std::move(seen));
+  for (std::size_t from = 0; loss.why.empty() && from < model.callbacks.size(); ++from) {
+    loss = loss_of_loans(model, bounds, from, index);
+  }
+  return loss.why;
+}
+
 void find_losses(const SystemModel& model, const ModelBounds& bounds,
                  const std::vector<std::size_t>& path, ModelBounds::Chain& result) {
   const auto why_lost_at = [&](std::size_t callback) {
-    const std::string& best_effort = model.callbacks[callback].best_effort;
-    if (!best_effort.empty()) return best_effort;
-    const std::string why = loss_at(model, bounds, callback).why;
-    std::vector<bool> seen(model.system.callbacks.size());
-    return !why.empty() ? why : why_ended_by(model, bounds, {callback}, std::move(seen));
+    return why_lost(model, bounds, callback, loss_at(model, bounds, callback));
   };
   for (const std::size_t callback : path) {
     Loss loss = loss_at(model, bounds, callback);
@@ -195,29 +216,27 @@ void find_losses(const SystemModel& model, const ModelBounds& bounds,
   if (result.why_lossy.empty()) result.why_lossy = beside;
 }
 
-// A join waits for the next message of an input: it must come.
-std::string why_it_waits_for_ever(const SystemModel& model, const ModelBounds& bounds,
-                                  const analysis::SegmentBound& segment) {
-  if (segment.wait == 0) return {};
-  for (const std::size_t callback : segment.callbacks) {
-    const std::size_t depth = model.callbacks[callback].depth;
-    const Count backlog = bounds.all.callbacks[callback].backlog;
-    if (depth == 0 || backlog <= static_cast<Count>(depth)) continue;
-    return fmt::format(
-        "it waits for the next message of '{}', which may be overwritten: {} may wait there, and "
-        "its depth is {}",
-        model.system.callbacks[callback].name, backlog, depth);
-  }
-  return {};
+// Whether the next message that is sent to it may not come. A bound of a join counts on it.
+bool may_lose(const SystemModel& model, const ModelBounds& bounds, std::size_t index) {
+  return !why_lost(model, bounds, index, loss_of_messages(model, bounds, index)).empty();
 }
 
-analysis::Bounds bounds_of(const SystemModel& model, analysis::Time limit) {
+analysis::Bounds bounds_of(const SystemModel& model, const analysis::System& system,
+                           analysis::Time limit) {
   try {
-    return analysis::analyze(model.system, {.methods = {}, .limit = limit, .explains = true});
+    return analysis::analyze(system, {.methods = {}, .limit = limit, .explains = true});
   } catch (const analysis::TooManyPaths& error) {
     throw Error(error.what(), "let another executor serve some of its nodes",
                 model.executors_at.at(error.executor()));
   }
+}
+
+bool has_joins(const analysis::System& system) {
+  return std::any_of(
+      system.callbacks.begin(), system.callbacks.end(), [](const analysis::Callback& callback) {
+        return std::any_of(callback.outputs.begin(), callback.outputs.end(),
+                           [](const analysis::Output& output) { return output.waits; });
+      });
 }
 
 }  // namespace
@@ -226,16 +245,23 @@ ModelBounds analyze(const SystemModel& model) {
   analysis::Time longest = std::chrono::nanoseconds(std::chrono::milliseconds(100)).count();
   for (const auto& chain : model.chains) longest = std::max(longest, chain.deadline.count());
   for (const auto& callback : model.callbacks) longest = std::max(longest, callback.period.count());
-  ModelBounds bounds{bounds_of(model, 10 * longest), {}};
+  ModelBounds bounds{bounds_of(model, model.system, 10 * longest), {}};
+  // What may be lost depends on bounds, and those of joins on what may be lost: the more, the
+  // longer.
+  analysis::System system = model.system;
+  for (bool has_changed = has_joins(system); std::exchange(has_changed, false);) {
+    for (std::size_t i = 0; i < system.callbacks.size(); ++i) {
+      if (system.callbacks[i].may_lose || !may_lose(model, bounds, i)) continue;
+      system.callbacks[i].may_lose = has_changed = true;
+    }
+    if (has_changed) bounds.all = bounds_of(model, system, 10 * longest);
+  }
   for (const SystemModel::Chain& chain : model.chains) {
     ModelBounds::Chain& result = bounds.chains.emplace_back();
     result.why_not = chain.why_not;
     if (!chain.why_not.empty()) continue;
     const analysis::ChainBound& found = bounds.all.chains[chain.index];
     result.why_not = found.why_not;
-    for (const analysis::SegmentBound& segment : found.segments) {
-      if (result.why_not.empty()) result.why_not = why_it_waits_for_ever(model, bounds, segment);
-    }
     if (result.why_not.empty()) result.why_not = why_handled(model, bounds, chain.executors);
     if (!result.why_not.empty()) continue;
     if (chain.delay >= kUnbounded) {

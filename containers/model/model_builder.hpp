@@ -5,6 +5,7 @@
 #define TAKT_CONTAINERS_MODEL_MODEL_BUILDER_HPP_
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -29,6 +30,12 @@ struct ModelledPart {
   std::string scheduler;
   std::vector<std::size_t> callbacks;
 };
+
+/// Rounded up. What is longer than a bound may be, has none.
+inline analysis::Time whole_time(double nanoseconds) {
+  if (!(nanoseconds < static_cast<double>(analysis::kUnbounded))) return analysis::kUnbounded;
+  return static_cast<analysis::Time>(std::ceil(nanoseconds));
+}
 
 /// A class of Takt's that says what its callbacks do: they do nothing else.
 inline bool says_all(const ModelledProcess::Member& member) {
@@ -156,7 +163,9 @@ class AssumptionFinder : public ModelParts {
   void assume_overhead(const char* what, analysis::Time time, Nanoseconds said,
                        std::optional<std::size_t> executor);
   void add_assumptions_of_model();
-  void add_what_was_near(std::size_t callback);
+  MeasuredExecutor executor_then(std::size_t callback) const;
+  void add_how_it_sent(std::size_t callback);
+  void add_other_processes(std::size_t callback);
   void add_assumptions_of_start();
   void add_who_else_sends();
   void add_what_others_may_change();
@@ -189,6 +198,7 @@ class ChainFinder : public AssumptionFinder {
   void count_begun(const std::vector<std::size_t>& path, SystemModel::Chain& chain) const;
   analysis::Time delay_before(std::size_t first);
   std::string why_nothing_comes(const std::vector<std::size_t>& path);
+  std::string why_it_begins_before(std::size_t first);
   std::string why_it_never_joins(const std::vector<std::size_t>& path);
   std::string why_it_never_runs(std::size_t callback);
 };

@@ -49,6 +49,7 @@ void ChainFinder::add_chains() {
       if (!chain.why_not.empty()) continue;
       path.push_back(static_cast<std::size_t>(callback - callbacks_.begin()));
       chain.why_not = why_nothing_comes(path);
+      if (path.size() == 1 && chain.why_not.empty()) chain.why_not = why_it_begins_before(path[0]);
       const auto& before = path.size() > 1 ? model_.system.callbacks[path[path.size() - 2]].outputs
                                            : std::vector<analysis::Output>{};
       const bool is_linked =
@@ -110,6 +111,24 @@ analysis::Time ChainFinder::delay_before(std::size_t first) {
             "messages from outside to {} are not on their way for longer than nothing: their topic "
             "has no `delay`");
   return longest;
+}
+
+// An instance begins where its message does, so a run has none that begin at a callback to which
+// only others of its process send.
+std::string ChainFinder::why_it_begins_before(std::size_t first) {
+  const std::vector<analysis::Callback>& all = model_.system.callbacks;
+  if (all[first].arrivals) return {};
+  for (std::size_t from = 0; from < all.size(); ++from) {
+    if (process_of(from) != process_of(first) || nothing_passes_.contains({from, first})) continue;
+    if (std::any_of(all[from].outputs.begin(), all[from].outputs.end(),
+                    [&](const analysis::Output& output) { return output.to == first; })) {
+      return fmt::format(
+          "what comes to '{}' comes from '{}' in the same process, so no instance begins there: "
+          "begin the path with '{}' or before it",
+          all[first].name, all[from].name, all[from].name.substr(1));
+    }
+  }
+  return {};
 }
 
 // A join before the last callback of the path sends nothing when one of its inputs never comes.
@@ -226,9 +245,12 @@ std::set<std::size_t> AssumptionFinder::executors_of(const std::vector<std::size
     const auto &a = system.executors[other].share, &b = system.executors[executor].share;
     const auto before = analysis::rivals(system, executor);
     const auto& movers = system.executors[executor].movers;
+    const auto pushers = analysis::pushers(system, executor);
     return std::find(before.begin(), before.end(), other) != before.end() ||
+           std::find(pushers.begin(), pushers.end(), other) != pushers.end() ||
            (system.overheads.context_switch != 0 &&
-            std::find(movers.begin(), movers.end(), other) != movers.end()) ||
+            (std::find(movers.begin(), movers.end(), other) != movers.end() ||
+             (system.executors[executor].reservation && system.executors[other].reservation))) ||
            (a && b && a->meets(*b) && system.for_realtime);
   };
   for (bool has_changed = true; std::exchange(has_changed, false);) {

@@ -124,46 +124,72 @@ void AssumptionFinder::add_lifecycle_nodes() {
   }
 }
 
-// Another process, or another executor, to which it sends here, and which it was in itself in the
-// measured run; or one from which it reads.
-void AssumptionFinder::add_what_was_near(std::size_t callback) {
-  const auto executor_then = [&](std::size_t of) -> std::string {
-    const std::string& name = model_.system.callbacks[of].name;
-    for (const MeasuredExecutor& executor : measured_->executors) {
-      const auto& its = executor.callbacks;
-      if (std::find(its.begin(), its.end(), name) != its.end()) return executor.name;
-    }
-    return {};
-  };
-  const std::string then = executor_then(callback);
-  const auto was_in_process = [&](std::size_t other) {
-    const std::string of = executor_then(other);  // "process/executor", of one process "executor"
-    return of.substr(0, of.rfind('/') + 1) == then.substr(0, then.rfind('/') + 1);
-  };
-  const auto senders = senders_elsewhere(callback);
-  bool is_farther = std::any_of(senders.begin(), senders.end(), was_in_process);
-  bool wakes_more = false;
-  for (const analysis::Output& output : model_.system.callbacks[callback].outputs) {
-    if (process_of(output.to) != process_of(callback)) {
-      is_farther = is_farther || was_in_process(output.to);
-    } else {
-      wakes_more = wakes_more || (executor_then(output.to) == then &&
-                                  model_.system.callbacks[output.to].executor !=
-                                      model_.system.callbacks[callback].executor);
-    }
+// That of the callback in the measured run; without a name: the model does not tell.
+MeasuredExecutor AssumptionFinder::executor_then(std::size_t callback) const {
+  const std::string& name = model_.system.callbacks[callback].name;
+  for (const MeasuredExecutor& executor : measured_->executors) {
+    const auto& its = executor.callbacks;
+    if (std::find(its.begin(), its.end(), name) != its.end()) return executor;
   }
-  if (is_farther) {
+  return {};
+}
+
+// What it sends reached its receivers otherwise then.
+void AssumptionFinder::add_how_it_sent(std::size_t callback) {
+  const analysis::Callback& now = model_.system.callbacks[callback];
+  const MeasuredExecutor then = executor_then(callback);
+  const bool had_period = then.type == "triggered";
+  if (had_period && !now.outputs.empty() && model_.system.executors[now.executor].let_period == 0) {
     assume_of(callback, "model_from_elsewhere",
-              "{} takes as long to send to another process, or to read from it, as in the measured "
-              "run, where both were one",
+              "{} takes as long to send as in the measured run, where its executor may have sent "
+              "its messages at the end of a period",
               measured_source());
   }
+  const bool wakes_more =
+      std::any_of(now.outputs.begin(), now.outputs.end(), [&](const analysis::Output& output) {
+        return process_of(output.to) == process_of(callback) &&
+               executor_then(output.to).name == then.name &&
+               model_.system.callbacks[output.to].executor != now.executor;
+      });
   if (wakes_more) {
     assume_of(
         callback, "as_measured",
         "{} takes as long to wake other executors as in the measured run, where its receivers "
         "were on its own",
         measured_source());
+  }
+}
+
+// Processes to which it sends here, or from which it reads, and which it was in itself then; or
+// more of them, each of which gets a copy.
+void AssumptionFinder::add_other_processes(std::size_t callback) {
+  const auto process_then = [&](std::size_t of) {
+    const std::string name =
+        executor_then(of).name;  // "process/executor", of one process "executor"
+    return name.substr(0, name.rfind('/') + 1);
+  };
+  std::set<std::string> then;
+  std::set<const ModelledProcess*> now;
+  bool was_one = false;
+  const auto senders = senders_elsewhere(callback);
+  for (const std::size_t sender : senders)
+    was_one |= process_then(sender) == process_then(callback);
+  for (const analysis::Output& output : model_.system.callbacks[callback].outputs) {
+    if (process_of(output.to) == process_of(callback)) continue;
+    was_one |= process_then(output.to) == process_then(callback);
+    now.insert(process_of(output.to));
+    then.insert(process_then(output.to));
+  }
+  if (was_one || now.size() > then.size()) {
+    assume_of(callback, "model_from_elsewhere",
+              "{} takes as long to send to other processes, or to read from them, as in the "
+              "measured run, where they were fewer",
+              measured_source());
+  } else if (!now.empty() || !senders.empty()) {
+    assume_of(callback, "as_measured",
+              "what {} sends to other processes, or reads from them, goes the way that it went in "
+              "the measured run, by shared memory or by the network",
+              measured_source());
   }
 }
 

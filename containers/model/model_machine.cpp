@@ -17,12 +17,17 @@ namespace takt {
 namespace {
 
 using State = Assumption::State;
+using analysis::plus;
+using analysis::times;
+
+// Limit: bytes of a message that count as nothing where the file states no time for them. At it:
+// their time is assumed to be zero. Seen: the assumption.
+constexpr std::size_t kFewBytes = 4096;
 
 /// To write or read so many bytes.
-Nanoseconds copying(const MachineDescription& machine, const Sending& sent) {
-  const double megabytes = static_cast<double>(sent.bytes) / 1e6;
-  const double time = megabytes * static_cast<double>(machine.publish_megabyte.count());
-  return Nanoseconds(static_cast<Nanoseconds::rep>(std::ceil(time)));
+analysis::Time copying(const MachineDescription& machine, std::size_t bytes) {
+  const double megabytes = static_cast<double>(bytes) / 1e6;
+  return whole_time(megabytes * static_cast<double>(machine.publish_megabyte.count()));
 }
 
 }  // namespace
@@ -250,29 +255,29 @@ Nanoseconds ModelBuilder::sending(std::size_t index) {
   for (const analysis::Output& output : model_.system.callbacks[index].outputs) {
     if (process_of(output.to) != process_of(index)) elsewhere.insert(process_of(output.to));
   }
-  const Nanoseconds result =
-      messages * machine.publish + others * machine.publish_receiver +
-      static_cast<int>(std::max<std::size_t>(1, elsewhere.size())) * copying(machine, *sent);
+  const auto copies = static_cast<analysis::Count>(std::max<std::size_t>(1, elsewhere.size()));
+  const analysis::Time result = plus(times(machine.publish.count(), messages),
+                                     plus(times(machine.publish_receiver.count(), others),
+                                          times(copying(machine, sent->bytes), copies)));
   analysis::Executor& executor = model_.system.executors[model_.system.callbacks[index].executor];
   if (executor.let_period != 0) {
     const double slowest = speeds_of(model_.system.callbacks[index].executor).first;
-    executor.sending +=
-        static_cast<analysis::Time>(std::ceil(static_cast<double>(result.count()) / slowest));
+    executor.sending = plus(executor.sending, whole_time(static_cast<double>(result) / slowest));
   }
-  return result;
+  return Nanoseconds(plus(result, copying(machine, sent->written)));
 }
 
 // What it costs to read a message of another process: the other end of what it costs to write it.
 Nanoseconds ModelBuilder::taking(std::size_t index) {
   const MachineDescription& machine = description_.machine;
-  Nanoseconds longest{0};
+  analysis::Time longest = 0;
   for (const std::size_t from : senders_elsewhere(index)) {
     const auto sent = said_to_send(from);
     longest =
-        std::max(longest, machine.publish + (sent ? copying(machine, *sent) : Nanoseconds::zero()));
+        std::max(longest, plus(machine.publish.count(), sent ? copying(machine, sent->bytes) : 0));
     if (sent) model_.callbacks[index].bytes = std::max(model_.callbacks[index].bytes, sent->bytes);
   }
-  return longest;
+  return Nanoseconds(longest);
 }
 
 double execution_scale(const SystemDescription& description, const Node& node,
@@ -312,7 +317,7 @@ void AssumptionFinder::add_overheads() {
                   {});
   assume_overhead("waking a thread", overheads.wake, stated.wake, {});
   for (std::size_t i = 0; i < executors.size(); ++i) {
-    bool shares = !analysis::rivals(model_.system, i).empty();
+    bool shares = !analysis::rivals(model_.system, i).empty() || executors[i].reservation;
     for (std::size_t other = 0; !shares && other < executors.size(); ++other) {
       const auto before = analysis::rivals(model_.system, other);
       shares = std::find(before.begin(), before.end(), i) != before.end();
@@ -338,8 +343,10 @@ void AssumptionFinder::add_overheads_of_taking(std::size_t callback) {
   const bool is_charged = from == Provenance::exact && machine_.overhead_samples == 0;
   assume_overhead("taking a message of another process", is_charged ? stated.count() : 0, stated,
                   executor);
-  const bool are_known = std::all_of(senders.begin(), senders.end(),
-                                     [&](auto sender) { return said_to_send(sender); });
+  const bool are_known = std::all_of(senders.begin(), senders.end(), [&](auto sender) {
+    const auto sent = said_to_send(sender);
+    return sent && (sent->bytes <= kFewBytes || description_.machine.publish_megabyte.count() != 0);
+  });
   if (is_charged && stated != Nanoseconds::zero() && !are_known) {
     assume_overhead("taking more than a small message", 0, {}, executor);
   }
@@ -366,8 +373,15 @@ void AssumptionFinder::add_overheads_of_sending(std::size_t callback) {
   if (leaves && machine_.overhead_samples != 0) {
     assume_overhead("sending to another process", 0, {}, executor);
   }
-  if (stated.publish.count() == 0 || said_to_send(callback)) return;
-  assume_overhead("sending more than a small message", 0, {}, executor);
+  if (stated.publish.count() == 0) return;
+  const auto sent = said_to_send(callback);
+  const bool is_charged = stated.publish_megabyte.count() != 0;
+  if (!sent || (leaves && !is_charged && sent->bytes > kFewBytes)) {
+    assume_overhead("sending more than a small message", 0, {}, executor);
+  }
+  if (sent && !is_charged && sent->written > kFewBytes) {
+    assume_overhead("writing the bytes of a message", 0, {}, executor);
+  }
 }
 
 }  // namespace takt

@@ -234,8 +234,7 @@ void ModelBuilder::place_threads() {
         description.spin == kSpinAlways ? analysis::kUnbounded : description.spin.count();
     const auto dispatch = static_cast<double>(model_.system.overheads.dispatch);
     const double longer = dispatch / speeds_of(i).first - dispatch;
-    executor.more_dispatch =
-        std::max<analysis::Time>(0, static_cast<analysis::Time>(std::ceil(longer)));
+    executor.more_dispatch = std::max<analysis::Time>(0, whole_time(longer));
   }
   const Nanoseconds second = std::chrono::seconds(1);
   const Nanoseconds granted =

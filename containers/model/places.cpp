@@ -91,7 +91,8 @@ Place place_of(const Thread& thread, const std::vector<Thread>& all, std::size_t
                                    name, other.attributes->name)};
   }
   if (thread.is_reserved()) return place_of_reserved(*thread.attributes, all, cpus);
-  const auto& [own_cpus, priority] = thread.share;
+  const std::vector<int>& own_cpus = thread.share.cpus;
+  const int priority = thread.share.priority;
   if (priority == 0 && !is_exclusive) {
     return {.unknown = fmt::format("thread '{}' is {}, so whatever runs on the machine delays it; "
                                    "give it SCHED_FIFO, or promise `machine: {{exclusive: true}}`",
@@ -147,6 +148,9 @@ Place place_of_pool(const std::vector<const Thread*>& pool, const std::vector<Th
   return {.movers = executors_of(movers)};
 }
 
+// Of SCHED_RR, if `sched_rr_timeslice_ms` is as Linux has it.
+constexpr Nanoseconds kSlice = std::chrono::milliseconds(100);
+
 }  // namespace
 
 std::vector<Place> find_places(std::span<const ModelledThread> threads, std::size_t executors,
@@ -160,7 +164,9 @@ std::vector<Place> find_places(std::span<const ModelledThread> threads, std::siz
         attributes.policy == ThreadPolicy::fifo || attributes.policy == ThreadPolicy::rr;
     all.push_back({thread.executor,
                    &attributes,
-                   {.cpus = std::move(own), .priority = is_realtime ? attributes.priority : 0},
+                   {.cpus = std::move(own),
+                    .priority = is_realtime ? attributes.priority : 0,
+                    .slice = attributes.policy == ThreadPolicy::rr ? kSlice.count() : 0},
                    is_realtime ? thread.highest : 0});
   }
   std::vector<Place> result(executors);

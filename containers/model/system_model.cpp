@@ -142,11 +142,10 @@ void ModelBuilder::set_execution(std::size_t index) {
   const double scale = execution_scale(description_, *callback.node, described.name);
   if (scale != 1 && facts.execution == Provenance::exact) facts.execution = Provenance::declared;
   described.execution = std::max<analysis::Time>(
-      1, static_cast<analysis::Time>(
-             std::ceil(scale * static_cast<double>(longest.count()) / slowest)));
-  described.least_execution = std::min(
-      described.execution, static_cast<analysis::Time>(
-                               std::floor(scale * static_cast<double>(least.count()) / fastest)));
+      1, whole_time(scale * static_cast<double>(longest.count()) / slowest));
+  described.least_execution =
+      std::min(described.execution,
+               whole_time(std::floor(scale * static_cast<double>(least.count()) / fastest)));
   if (facts.execution != Provenance::unknown) add_waits(index);
 }
 

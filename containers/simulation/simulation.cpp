@@ -278,6 +278,27 @@ void set_phases(const ModelledProcess& process, const SystemModel& model, FirstR
   }
 }
 
+/// Whether what comes to its topic from outside comes as another of its subscriptions says, which
+/// expects less: each gets all of it.
+bool comes_with_another(const ModelledProcess& process, const SystemModel& model,
+                        std::size_t callback) {
+  const auto is_of_topic = [&](std::size_t other) {
+    const Entity &one = *process.callbacks[callback].entity,
+                 &two = *process.callbacks[other].entity;
+    return one.kind() == EntityKind::subscription && two.kind() == EntityKind::subscription &&
+           one.topic() == two.topic();
+  };
+  for (std::size_t other = 0; other < process.callbacks.size(); ++other) {
+    if (other == callback || !is_of_topic(other) || !model.system.callbacks[other].arrivals)
+      continue;
+    const bool is_first = other < callback;
+    const analysis::Time its = model.system.callbacks[other].arrivals->least_distance(10);
+    const analysis::Time own = model.system.callbacks[callback].arrivals->least_distance(10);
+    if (its > own || (its == own && is_first)) return true;
+  }
+  return false;
+}
+
 std::vector<Source> sources_of(const ModelledProcess& process, const SystemModel& model,
                                FirstReleases& first, SimulatedBodies& bodies) {
   std::vector<Source> sources;
@@ -287,6 +308,7 @@ std::vector<Source> sources_of(const ModelledProcess& process, const SystemModel
     Entity& entity = *process.callbacks[i].entity;
     if (dynamic_cast<const TaskRunner*>(&entity) != nullptr || entity.kind() == EntityKind::timer)
       continue;  // code that runs goes on with its coroutines, and sets its alarms
+    if (comes_with_another(process, model, i)) continue;
     std::function<void()> arrive;
     if (entity.kind() == EntityKind::subscription) {
       arrive = [publisher = &bodies.publisher_for(entity)] { publisher->publish(); };

@@ -157,7 +157,7 @@ void Observed::check_limits(DispatchLock& lock, std::size_t worker, const Slot& 
     const std::optional<TimePoint> root = root_release(dispatch, step.path);
     if (!root) continue;  // it came on another path
     if (step.is_last) {
-      step.chain->finished(end - *root);
+      step.chain->finished(end - *root, is_joined(dispatch.chain_instance));
     } else if (is_aborted) {
       step.chain->aborted();
     }

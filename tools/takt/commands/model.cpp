@@ -36,8 +36,12 @@ void check_files(const std::vector<Trace>& traces, const std::vector<std::string
 }
 
 /// What a mode drops or demotes looks as if nobody had sent it, or as late as it never is.
-void check_modes(const std::vector<Trace>& traces, const std::vector<std::string>& paths) {
+void check_runs(const std::vector<Trace>& traces, const std::vector<std::string>& paths) {
   for (std::size_t i = 0; i < traces.size(); ++i) {
+    if (traces[i].about.at("machine") == kSimulatedMachine) {
+      throw Error("this trace is of a simulation, which measures nothing",
+                  "trace a run: `takt run FILE --trace OUT`", paths[i]);
+    }
     for (const auto& mode : traces[i].about.at("modes")) {
       if (mode == kNormalMode) continue;
       throw Error(
@@ -72,7 +76,7 @@ void run(const Options& options) {
   std::vector<Trace> traces;
   for (const std::string& path : options.traces) traces.push_back(read_trace(path));
   check_files(traces, options.traces);
-  check_modes(traces, options.traces);
+  check_runs(traces, options.traces);
   MeasuredModel model = extract_model(traces);
   model.margin = options.margin;
   if (!traces.empty()) model.components = components_then(model.file, options.traces.front());

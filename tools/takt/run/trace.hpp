@@ -55,6 +55,9 @@ struct TracedMode {
   Nanoseconds begin{0}, end{0};
 };
 
+/// The machine of a trace that no run has made.
+inline constexpr const char* kSimulatedMachine = "simulated";
+
 struct Trace {
   /// What else is known of the run: file, duration_s, machine, callbacks, chains; of the times:
   /// clock, and begin_ns, which is 0 of the trace.

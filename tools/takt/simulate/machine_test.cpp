@@ -1,5 +1,8 @@
 // A simulation and the analysis beside each other, where they once were of different machines.
 // SPDX-License-Identifier: Apache-2.0
+#include <random>
+#include <regex>
+#include <sstream>
 #include <string>
 #include <string_view>
 
@@ -9,8 +12,11 @@
 
 #include "takt/containers/configuration/configuration_file_test.hpp"
 #include "takt/containers/simulation/simulation.hpp"
+#include "takt/testing/random_system.hpp"
 
 #include "analyze/analyzed_file.hpp"
+#include "random/random_system.hpp"
+#include "yaml_file.hpp"
 
 namespace takt::tools {
 namespace {
@@ -123,6 +129,164 @@ container:
     const SimulatedRun run = simulation.run({});
     EXPECT_EQ(run.result.chains.at(0).statistics.latency.max(), bound) << to_string(duration);
   }
+}
+
+// When timers release no more, a join got its last input from a callback that runs for long, and so
+// its instance was late by that. No timer, no instance.
+TEST(SimulatedMachine, TheEndOfARunMakesNoJoinLate) {
+  constexpr std::string_view kText = R"(
+machine: {cpus: [0, 1], exclusive: true, rt_runtime: unlimited}
+threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}, b: {policy: SCHED_FIFO, priority: 60, affinity: [1]}}
+executors: {a: {type: events, threads: [a]}, b: {type: events, threads: [b]}}
+chains: [{name: c, path: [often/p_timer, join/p, last/r]}]
+container:
+  name: robot
+  components:
+    - {component: takt::Workload, name: seldom, executor: b, parameters: {publishers: {topic: [q], period_us: [40000], work_us: [36000]}}}
+    - {component: takt::Workload, name: often, executor: a, parameters: {publishers: {topic: [p], period_us: [10000], work_us: [60]}}}
+    - {component: takt::Workload, name: join, executor: a, parameters: {relays: {input: [p, q], output: [r, r], work_us: [500, 500]}}}
+    - {component: takt::Workload, name: last, executor: a, parameters: {subscriptions: {topic: [r], work_us: [500]}}}
+)";
+  const SystemDescription system = ConfigurationFile("system.yaml", kText).read();
+  const Nanoseconds bound = bound_of_chain(system, "c");
+  const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 200ms});
+  for (auto phase = 0ms; phase < 40ms; phase += 5ms) {
+    const SimulatedRun run = simulation.run({.phases = {{"/seldom/q_timer", phase}, {"all", 0ns}}});
+    const ChainStatistics chain = run.result.chains.at(0).statistics;
+    EXPECT_GE(chain.instances, 3u);
+    EXPECT_LE(chain.latency.max(), bound) << to_string(phase);
+  }
+}
+
+// What switches cost was counted for threads of SCHED_FIFO of one CPU each: not at the end of a
+// slice of SCHED_RR, not between reservations, and not where a thread that may move comes because
+// its CPU was taken.
+TEST(SimulatedMachine, EachSwitchIsInABound) {
+  struct Case {
+    const char *switches, *threads, *cpus, *work_us;
+    Nanoseconds duration;
+  };
+  const Case cases[] = {
+      {"100us", "a: {policy: SCHED_RR, priority: 60}, b: {policy: SCHED_RR, priority: 60}", "[0]",
+       "450000 350000", 2s},
+      {"20us",
+       "a: {policy: SCHED_DEADLINE, runtime: 10ms, period: 20ms}, b: {policy: "
+       "SCHED_DEADLINE, runtime: 200us, period: 1ms}",
+       "[0]", "500000 100", 4s},
+      {"50us",
+       "a: {policy: SCHED_FIFO, priority: 60, affinity: [1]}, b: {policy: SCHED_FIFO, "
+       "priority: 70}, c: {policy: SCHED_FIFO, priority: 80, affinity: [0]}, d: {policy: "
+       "SCHED_FIFO, priority: 81, affinity: [1]}",
+       "[0, 1]", "100000 300000 100 100", 4s}};
+  for (const Case& each : cases) {
+    std::string executors, components;
+    std::istringstream works(each.work_us);
+    char name = 'a';
+    for (std::string work; works >> work; ++name) {
+      executors += fmt::format("  e{0}: {{type: events, threads: [{0}]}}\n", name);
+      components += fmt::format(
+          "    - {{component: takt::Workload, name: n{0}, executor: e{0}, parameters: "
+          "{{publishers: "
+          "{{topic: [{0}], period_us: [{1}], work_us: [{2}]}}}}}}\n",
+          name, work == "100" ? 2'000 : 2'000'000, work);
+    }
+    const SystemDescription system =
+        ConfigurationFile(
+            "system.yaml",
+            fmt::format(
+                "machine: {{cpus: {}, exclusive: true, rt_runtime: unlimited, overheads: "
+                "{{switch: {}}}}}\nthreads: {{{}}}\nexecutors:\n{}chains: [{{name: c, path: "
+                "[na/a_timer]}}]\ncontainer:\n  name: robot\n  components:\n{}",
+                each.cpus, each.switches, each.threads, executors, components))
+            .read();
+    const Nanoseconds bound = bound_of_chain(system, "c");
+    ASSERT_GT(bound, 0ns) << each.threads;
+    const Simulation simulation(system,
+                                {.overrides = {}, .measured = {}, .duration = each.duration});
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      const SimulatedRun run = simulation.run({.seed = seed, .phases = {}});
+      EXPECT_LE(run.result.chains.at(0).statistics.latency.max(), bound) << each.threads;
+    }
+  }
+}
+
+// Each of two subscriptions that state how often messages come got those of both.
+TEST(SimulatedMachine, ATopicFromOutsideHasItsMessagesOnce) {
+  constexpr std::string_view kText = R"(
+machine: {cpus: [0], exclusive: true, rt_runtime: unlimited}
+threads: {one: {policy: SCHED_FIFO, priority: 80, affinity: [0]}}
+executors: {default: {type: events, threads: [one]}}
+chains: [{name: c, path: [k/x]}]
+container:
+  name: robot
+  components:
+    - {component: takt::Workload, name: k, executor: default, parameters: {subscriptions: {topic: [x], work_us: [1000]}}, callbacks: {x: {arrival: {period: 10ms}}}}
+    - {component: takt::Workload, name: l, executor: default, parameters: {subscriptions: {topic: [x], work_us: [1000]}}, callbacks: {x: {arrival: {period: 10ms}}}}
+)";
+  const SystemDescription system = ConfigurationFile("system.yaml", kText).read();
+  const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 1s});
+  const ProcessResult result = simulation.run({}).result;
+  for (const auto& row : result.callbacks) EXPECT_EQ(row.statistics.received, 100u);
+  EXPECT_LE(result.chains.at(0).statistics.latency.max(), bound_of_chain(system, "c"));
+}
+
+/// Some of its threads get other policies, the priorities of others, or a second CPU.
+std::string with_other_threads(const std::string& text, std::uint64_t seed) {
+  std::mt19937_64 draws(seed);
+  const std::regex thread("policy: SCHED_FIFO, (priority: [0-9]+), (affinity: .[0-9]+.)");
+  std::string result;
+  auto rest = text.cbegin();
+  for (std::smatch found; std::regex_search(rest, text.cend(), found, thread);
+       rest = found.suffix().first) {
+    result.append(rest, found.prefix().second);
+    const std::string priority = found[1], affinity = found[2];
+    switch (draws() % 6) {
+      case 0:
+        result += fmt::format("policy: SCHED_RR, priority: 45, {}", affinity);
+        break;
+      case 1:
+        result += "policy: SCHED_DEADLINE, runtime: 4ms, period: 10ms";
+        break;
+      case 2:
+        result += fmt::format("policy: SCHED_FIFO, {}, affinity: [0, 1]", priority);
+        break;
+      case 3:
+        result += fmt::format("policy: SCHED_FIFO, priority: 45, {}", affinity);
+        break;
+      default:
+        result += found[0];
+    }
+  }
+  return result.append(rest, text.cend());
+}
+
+TEST(SimulatedMachine, NothingTakesLongerThanItsBoundUnderOtherPolicies) {
+  std::size_t chains = 0;
+  for (std::uint64_t seed = 1; seed <= testing::random_systems(150); ++seed) {
+    const RandomOptions options{.seed = seed,
+                                .executors = executors_to_draw(),
+                                .schedulers = schedulers().names(),
+                                .cpus = {0, 1}};
+    const std::string text =
+        with_other_threads(yaml_file(random_system(options).document), seed) +
+        "machine: {cpus: 2, rt_runtime: 950ms, exclusive: true, overheads: {dispatch: 5us, wake: "
+        "20us, switch: 100us}}\n";
+    const SystemDescription system = ConfigurationFile("system.yaml", text).read();
+    const AnalyzedFile file = analyze_system(system, {.is_for_here = false});
+    const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 1s});
+    for (std::uint64_t run = 0; run < 3; ++run) {
+      const SimulatedRun simulated = simulation.run({.seed = seed + run, .phases = {}});
+      for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
+        const auto& bound = file.bounds.chains[i].bound;
+        if (!bound) continue;
+        ASSERT_LE(simulated.result.chains.at(i).statistics.latency.max(), *bound)
+            << file.model.chains[i].name << ", seed " << seed << ", run " << run << ":\n"
+            << text;
+        ++chains;
+      }
+    }
+  }
+  EXPECT_GT(chains, 100u);
 }
 
 constexpr std::string_view kOneTimer = R"(

@@ -129,7 +129,7 @@ TracedScenario traced(const SystemDescription& system, SimulationOptions options
   if (!run.trace) run.trace.emplace();
   result.trace = make_trace(
       run, simulation.has_several_processes(), [](const rt::Run::Traced&) { return false; }, frame);
-  result.trace.about["machine"] = "simulated";
+  result.trace.about["machine"] = kSimulatedMachine;
   return result;
 }
 
