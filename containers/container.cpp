@@ -91,7 +91,7 @@ Container::Container(const SystemDescription& description, const ContainerOverri
   if (overrides.watches_bounds || description.watches_bounds)
     watch_->make(guarantees_->modelled(), components_->plan().chains);
   if (description.lifecycle) lifecycle_->make(*executors_);
-  if (setting_->needs_service_node()) services_->make(*this);
+  if (setting_->time_source != nullptr) services_->make(*this);
   for (const auto& loaded : components_->all()) {
     services_->serve(*loaded);
     lifecycle_->add(*loaded);

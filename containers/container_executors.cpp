@@ -149,7 +149,7 @@ void ContainerExecutors::choose(ComponentDescription& component) const {
   for (const auto& [name, group] : component.callback_groups) {
     if (!group.executor.empty()) check(group.executor);
   }
-  if (component.on_exception == OnException::remove_node && !setting_.needs_service_node()) {
+  if (component.on_exception == OnException::remove_node && setting_.time_source == nullptr) {
     throw Error("'on_exception: remove_node' needs a thread that removes the node",
                 "add a thread called 'container'", component.where);
   }

@@ -47,7 +47,7 @@ struct ContainerSetting {
   const ContainerOverrides overrides;
   std::vector<std::string> errors;  // of the set-up, before start
   std::shared_ptr<Participant> participant;
-  std::shared_ptr<TimeSource> time_source;  // of the components, if the service node follows it
+  std::shared_ptr<TimeSource> time_source;  // of the components; nullptr: there is no service node
   const std::shared_ptr<Modes> modes;       // components and handlers have it, too
   struct Said {
     std::vector<std::string> notes, failures;

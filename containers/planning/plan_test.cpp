@@ -93,6 +93,12 @@ TEST(Chains, HaveTheStepsThatTheFileLeavesOut) {
   EXPECT_THAT(path_of(plan.chains[0]), ElementsAre("/source/timer", "/a/x", "/both/y", "/end/z"));
 }
 
+// The thread that Takt assigns to it was taken for the one that serves requests: the container had
+// a node for these, without what sets its time, and ended the process.
+TEST(Chains, MayBeCalledAsAThreadOfTheContainer) {
+  EXPECT_EQ(plan_of("chains: [{name: container, path: [source/timer, a/x]}]\n").chains.size(), 1u);
+}
+
 TEST(Chains, AutoFindsEveryWayFromATimerToAnEnd) {
   const Plan plan = plan_of("chains: auto\n");
   ASSERT_EQ(plan.chains.size(), 3u);
