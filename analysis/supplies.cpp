@@ -61,17 +61,15 @@ Time most_of(const Reservation& reservation, Time window) {
 // begins has come since they had nothing to do. Source: Bertogna, Cirinei, Lipari, TPDS 2009, for
 // jobs of tasks.
 Time taken_by(const Part& part, Time window) {
-  const auto& above = part.above;
-  const std::size_t cpus = part.executor.share->cpus.size();
   Time result = 0;
-  for (const Part* part : above) {
-    const auto& reservation = part->executor.reservation;
+  for (const Part* other : part.above) {
+    const auto& reservation = other->executor.reservation;
     result = plus(result, reservation ? most_of(*reservation, window)
-                                      : std::min(window, part->demand_with_spinning(
-                                                             plus(window, part->busy), 0)));
+                                      : std::min(window, other->demand_with_spinning(
+                                                             plus(window, other->busy), 0)));
   }
-  return plus(result / static_cast<Time>(cpus),
-              plus(moves_by(above, window), moves_by(part.movers, window)));
+  return plus(result / static_cast<Time>(part.executor.share->cpus.size()),
+              plus(moves_by(part.above, window), moves_by(part.movers, window)));
 }
 
 // All others with a reservation may preempt it, wherever they run, when they come and when their

@@ -36,14 +36,16 @@ std::vector<std::size_t> rivals(const System& system, std::size_t executor) {
 }
 
 std::vector<std::size_t> pushers(const System& system, std::size_t executor) {
-  const auto& mine = system.executors[executor].share;
-  if (!mine || system.overheads.context_switch == 0) return {};
+  const auto& [mine, movers] =
+      std::tie(system.executors[executor].share, system.executors[executor].movers);
+  if (system.overheads.context_switch == 0) return {};
   bool may_one_come = false;
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < system.executors.size(); ++i) {
     const auto& theirs = system.executors[i].share;
-    if (i == executor || !theirs || theirs->priority < mine->priority) continue;
-    const bool meets = mine->meets(*theirs);
+    if (i == executor || !theirs || (mine && theirs->priority < mine->priority)) continue;
+    const bool meets =
+        mine ? mine->meets(*theirs) : std::find(movers.begin(), movers.end(), i) != movers.end();
     may_one_come |= meets && theirs->cpus.size() > 1;
     if (!meets) found.push_back(i);
   }

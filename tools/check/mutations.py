@@ -294,7 +294,7 @@ MUTATIONS |= {
 MUTATIONS |= {
     name: ("analysis/" + file, there, instead, ("analysis_test", "{bin}/analysis_test", "--gtest_filter=Analysis.AThread*"))
     for name, file, there, instead in [
-        ("what a thread of several CPUs has left over", "supplies.cpp", "«plus(window, part->busy)», 0)", "window"),
+        ("what a thread of several CPUs has left over", "supplies.cpp", "«plus(window, other->busy)», 0)", "window"),
         ("what is there when it arrives", "methods/workload.cpp", "std::max<Time>(1, «plus(until, before)»)", "until"),
         ("further threads wake up at once", "methods/workload.cpp", "«times(part.system.overheads.wake, threads - 1)»", "0"),
         ("the first and the last of a workload", "methods/workload.cpp", "«std::clamp<Time>(ends, each, times(2, each))»", "each"),

@@ -123,6 +123,15 @@ MOST_SILENCE = 6
 MOST_LINES = 14  # of a step on the page
 
 
+def undisturbed():
+    """A clock that stands still while something waits for a CPU, in seconds."""
+    try:
+        pressure = pathlib.Path("/proc/pressure/cpu").read_text(encoding="ascii")
+    except OSError:  # the kernel does not tell
+        return time.monotonic()
+    return time.monotonic() - int(re.search(r"^some .*total=(\d+)", pressure, re.M)[1]) / 1e6
+
+
 class Step:
     """A command at a terminal of its own."""
 
@@ -136,7 +145,7 @@ class Step:
 
     def listen(self, until=None):
         """Until it ends, or says this."""
-        heard = time.monotonic()
+        heard = undisturbed()
         while until is None or not re.search(until, self.said):
             try:
                 part = os.read(self.terminal, 65536) if select.select([self.terminal], [], [], 90)[0] else b""
@@ -144,7 +153,7 @@ class Step:
                 part = b""
             if not part:
                 break
-            now = time.monotonic()
+            now = undisturbed()
             self.silence, heard = max(self.silence, now - heard), now
             self.said += part.decode("utf-8", "replace")
 
