@@ -87,6 +87,11 @@ class alignas(64) MessageBlock {
     expiry_ = expiry;
     expiry_clock_ = &clock;
   }
+  /// As another one, of which it is a copy.
+  void expire_as(const MessageBlock& other) noexcept {
+    expiry_ = other.expiry_;
+    expiry_clock_ = other.expiry_clock_;
+  }
   bool can_expire() const noexcept { return expiry_clock_ != nullptr; }
   bool is_expired() const noexcept { return can_expire() && expiry_clock_->now() > expiry_; }
 

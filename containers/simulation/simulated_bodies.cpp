@@ -249,10 +249,11 @@ void SimulatedBodies::note_execution(const Callback& callback, TimePoint begin) 
   const Dispatch* const dispatch = Dispatch::current();
   if (dispatch == nullptr || callback.steps.empty()) return;
   const TimePoint end = clock_.now();
-  recent_[noted_++ % kMostRecent] = {dispatch->path, dispatch->root_release, begin, end};
   for (const Step& step : callback.steps) {
-    const auto root = step.is_last ? root_release(*dispatch, step.path) : std::nullopt;
+    const auto root = root_release(*dispatch, step.path);
     if (!root) continue;
+    recent_[noted_++ % kMostRecent] = {step.path, *root, begin, end};
+    if (!step.is_last) continue;
     Instances& instances = chains_[step.chain];
     instances.chain->finished(end - *root);
     if (end - *root <= instances.longest) continue;

@@ -10,30 +10,54 @@
 #include "takt/base/error.hpp"
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/lockfree/sequence.hpp"
-#include "takt/containers/running_executors.hpp"
 #include "takt/entities/subscription.hpp"
 #include "takt/messages/cdr.hpp"
+#include "takt/nodes/chain_join.hpp"
 
 namespace takt {
 namespace {
 
-// What the other process gets: the sender has its own back, if it has lent it. A copy would not
-// expire, and of a message that is bytes only its publisher knows the type.
-MessageBlock& sent(MessageBlock& message, const MessageType& type, ReleasedMessages& released) {
-  if (message.can_expire() || type.encode == nullptr) return message;
+// What the other process gets: the sender has its own back, if it has lent it.
+MessageBlock& copy_of(const MessageBlock& message, const IntraProcessReader& reader) {
   auto copy = std::make_unique<ReceivedBlock>();
   copy->from_heap = true;
   if (message.payload() != nullptr) {
+    const MessageType& type = *reader.endpoint().type;
     ByteBuffer bytes;
-    type.encode(message.payload(), bytes);
+    (type.encode != nullptr ? type : *reader.payload_type()).encode(message.payload(), bytes);
     copy->hold_bytes(bytes.bytes());
   } else {
     copy->hold_bytes(message.encoded());
   }
-  copy->envelope = message.envelope;
+  copy->expire_as(message);
   copy->set_references(1);
-  released.release(message);
   return *copy.release();
+}
+
+// An instance of a chain begins anew, as it does where a message of another process is received: it
+// was sent then. That the instances of the sender go on with it is remembered as of a join, so that
+// chains are measured from end to end.
+Envelope received(const Envelope& sent, const Arrival& arrival) {
+  Dispatch receiver{.callback = nullptr,
+                    .chain_instance = arrival.sequence,
+                    .root_release = arrival.ready_time,
+                    .path = 0};
+  Envelope envelope{.sequence = arrival.sequence, .ready_time = arrival.ready_time};
+  if (sent.chain_instance == 0) return envelope;
+  ChainJoin process(1);
+  {
+    Dispatch sender{.callback = nullptr,
+                    .chain_instance = sent.chain_instance,
+                    .root_release = sent.root_release,
+                    .path = sent.path};
+    const Dispatch::Scope scope(sender);
+    process.received(0);
+  }
+  const Dispatch::Scope scope(receiver);
+  process.combine();
+  envelope.chain_instance = receiver.chain_instance;
+  envelope.root_release = receiver.root_release;
+  return envelope;
 }
 
 }  // namespace
@@ -75,28 +99,6 @@ void Wire::set_up(const SystemDescription& system, std::span<const ModelledProce
     notes_.push_back(fmt::format(
         "messages on '{}' between processes take no time: the topic has no `delay`", topic));
   }
-  note_what_goes_on(processes);
-}
-
-// An envelope comes over as it is, so that chains are measured from end to end. Between processes
-// only the time of sending does.
-void Wire::note_what_goes_on(std::span<const ModelledProcess> processes) {
-  std::set<std::string> notes;
-  for (const ModelledProcess& process : processes) {
-    for (const ExecutorDescription& executor : process.executors) {
-      const std::string scheduler = scheduler_of(executor);
-      if (scheduler != "chain_edf" && scheduler != "job_priority") continue;
-      notes.insert(fmt::format(
-          "`{}` sees when an instance of a chain began in another process; in a run, when its "
-          "message was sent",
-          scheduler));
-    }
-    for (const ModelledProcess::Callback& callback : process.callbacks) {
-      if (callback.parameters().overrun != OverrunPolicy::abort) continue;
-      notes.insert("`overrun: abort` ends an instance of a chain in other processes, too");
-    }
-  }
-  notes_.insert(notes_.end(), notes.begin(), notes.end());
 }
 
 void Wire::add_threads(std::size_t process) {
@@ -115,10 +117,19 @@ void Wire::deliver(IntraProcessReader& reader, MessageBlock& message, const Arri
       draws_ ? random_.between(end.delay.least, end.delay.longest) : end.delay.longest;
   TimePoint& last = end.last[from->second];
   last = std::max(last, later(clock_.now(), delay));
-  if (has_ended_ || last <= clock_.now()) return next_.deliver(reader, message, arrival, released);
-  under_way_.emplace(last,
-                     Message{&reader, &sent(message, *reader.endpoint().type, released), arrival});
+  MessageBlock& copy = copy_of(message, reader);
+  copy.envelope = message.envelope;
+  released.release(message);
+  if (has_ended_ || last <= clock_.now()) return arrive({&reader, &copy, arrival}, released);
+  under_way_.emplace(last, Message{&reader, &copy, arrival});
   clock_.end_by(last);
+}
+
+// It comes now; when it was sent stays.
+void Wire::arrive(const Message& message, ReleasedMessages& released) {
+  const Arrival arrival{next_sequence(), message.arrival.ready_time};
+  message.block->envelope = received(message.block->envelope, arrival);
+  next_.deliver(*message.reader, *message.block, arrival, released);
 }
 
 TimePoint Wire::next() const noexcept {
@@ -128,11 +139,7 @@ TimePoint Wire::next() const noexcept {
 void Wire::arrive() {
   ReleasedMessages released;
   const ReadSection section;
-  while (next() <= clock_.now()) {
-    Message message = under_way_.extract(under_way_.begin()).mapped();
-    message.arrival.sequence = next_sequence();  // it comes now; when it was sent stays
-    next_.deliver(*message.reader, *message.block, message.arrival, released);
-  }
+  while (next() <= clock_.now()) arrive(under_way_.extract(under_way_.begin()).mapped(), released);
 }
 
 void Wire::end() {

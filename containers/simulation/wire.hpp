@@ -20,7 +20,8 @@
 namespace takt {
 
 /// Holds messages between processes for the `delay` of their topic. Those of one process come to a
-/// subscription in the order in which they were sent. All other messages pass.
+/// subscription in the order in which they were sent. With them comes what DDS brings: when they
+/// were sent, and not when a chain began. All other messages pass.
 /// Thread safety: one thread at a time, as a manual clock has it. Real-time: no.
 class Wire final : public DeliveryFilter {
  public:
@@ -34,7 +35,7 @@ class Wire final : public DeliveryFilter {
   /// The threads that the clock has since the last call are of this process.
   void add_threads(std::size_t process);
   std::size_t process_of(const CpuModel::Thread* thread) const { return threads_.at(thread); }
-  /// Which messages take no time, as nothing says how long; and what else differs from a run.
+  /// Which messages take no time, as nothing says how long.
   const std::vector<std::string>& notes() const noexcept { return notes_; }
 
   void deliver(IntraProcessReader& reader, MessageBlock& message, const Arrival& arrival,
@@ -58,7 +59,7 @@ class Wire final : public DeliveryFilter {
     Arrival arrival;
   };
 
-  void note_what_goes_on(std::span<const ModelledProcess> processes);
+  void arrive(const Message& message, ReleasedMessages& released);
 
   ManualClock& clock_;
   DeliveryFilter& next_;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <random>
 #include <string>
 #include <string_view>
@@ -10,6 +11,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/base/manual_clock.hpp"
+#include "takt/containers/component.hpp"
 #include "takt/containers/configuration/configuration_file_test.hpp"
 #include "takt/containers/simulation/scenario_search.hpp"
 #include "takt/containers/simulation/simulation.hpp"
@@ -294,6 +297,101 @@ containers:
                                                         "one container, or leave out the client")));
 }
 
+// As in a run: what a message brings from another process is when it was sent.
+TEST(SimulatedProcesses, AnInstanceBeginsWhereAMessageArrives) {
+  const auto simulated = [](std::string_view scheduler) {
+    return simulation_of(of_processes(fmt::format(R"(
+machine: {{cpus: 2, rt_runtime: unlimited, exclusive: true}}
+threads: {{one: {{policy: SCHED_FIFO, priority: 50, affinity: [0]}}, two: {{policy: SCHED_FIFO, priority: 50, affinity: [1]}}}}
+executors: {{left: {{type: events, threads: [one]}}, right: {{type: events, scheduler: {}, threads: [two]}}}}
+topics: {{/a: {{delay: 1ms}}}}
+chains: [{{name: across, deadline: 50ms, path: [sender/a_timer, relay/a]}}, {{name: here, deadline: 50ms, path: [local/z_timer]}}]
+containers:
+  - name: left
+    components:
+      - {{component: takt::Workload, name: sender, executor: left, callbacks: {{a_timer: {{deadline: 1ms, overrun: abort}}}}, parameters: {{publishers: {{topic: [a], period_us: [100000], work_us: [5000]}}}}}}
+  - name: right
+    components:
+      - {{component: takt::Workload, name: busy, executor: right, parameters: {{publishers: {{topic: [b], period_us: [100000], work_us: [10000]}}}}}}
+      - {{component: takt::Workload, name: relay, executor: right, parameters: {{subscriptions: {{topic: [a], work_us: [2000]}}}}}}
+      - {{component: takt::Workload, name: local, executor: right, parameters: {{publishers: {{topic: [z], period_us: [100000], work_us: [2000]}}}}}}
+)",
+                                                  scheduler)))
+        .run(parse_scenario("1,worst,all=0s,/local/z_timer=3ms"));
+  };
+  for (const char* scheduler : {"chain_edf", "job_priority"}) {
+    const auto chains = simulated(scheduler).result.chains;
+    // At 10 ms both wait: one is from 3 ms, the other was sent at 5 ms, though it began at 0.
+    EXPECT_EQ(chains[1].statistics.latency.max(), 9ms) << scheduler;
+    EXPECT_EQ(chains[0].statistics.latency.max(), 14ms) << scheduler;
+    EXPECT_EQ(chains[0].statistics.instances, 10u) << scheduler;  // none is aborted there
+  }
+}
+
+struct Counted {
+  std::uint32_t value = 0;
+};
+TAKT_MESSAGE(Counted, "test/msg/Counted", value);
+
+std::map<std::string, std::uint64_t> counted;  // executions, by node and callback
+
+/// Sends on one topic and reads another, and counts what runs.
+class Counting : public Node, public KnowsExecutionTimes {
+ public:
+  explicit Counting(const NodeOptions& options) : Node("counting", options) {
+    out_ = create_publisher<Counted>(declare_parameter<std::string>("output", "out"), 2,
+                                     {.published_by = {"tick"}});
+    timer_ = create_timer("tick", 3ms, [this] {
+      ran("tick");
+      out_->publish(Counted{});
+    });
+    const auto input = declare_parameter<std::string>("input", "in");
+    in_ = create_subscription<Counted>(input, 2, [this, input](const Counted&) { ran(input); });
+  }
+  std::optional<Nanoseconds> execution_time(std::string_view callback) const override {
+    return callback == "tick" ? 1ms : 2500us;
+  }
+
+ private:
+  void ran(const std::string& callback) {
+    ++counted[fully_qualified_name() + "/" + callback];
+    if (ManualClock* const manual = clock().as_manual()) manual->work(*execution_time(callback));
+  }
+  Publisher<Counted>::SharedPtr out_;
+  Timer::SharedPtr timer_;
+  Subscription<Counted>::SharedPtr in_;
+};
+
+// No speed by skipping: what code counts is what is reported, also where there is too much to do.
+TEST(SimulatedProcesses, EachExecutionIsOneOfTheCode) {
+  const Simulation simulation = simulation_of(of_processes(R"(
+machine: {cpus: 2}
+threads: {one: {policy: SCHED_FIFO, priority: 50, affinity: [0]}, two: {policy: SCHED_FIFO, priority: 50, affinity: [1]}}
+executors: {left: {type: events, threads: [one]}, right: {type: multi_threaded, threads: [two, one]}}
+topics: {/there: {delay: 1ms}, /back: {delay: {min: 1ms, max: 4ms}}}
+containers:
+  - {name: left, components: [{component: takt::tools::Counting, name: a, executor: left, parameters: {output: there, input: back}}]}
+  - {name: right, components: [{component: takt::tools::Counting, name: b, executor: right, parameters: {output: back, input: there}}]}
+)"));
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    counted.clear();
+    const SimulatedRun run =
+        simulation.run({.seed = seed, .times = Scenario::Times::drawn, .phases = {}});
+    std::map<std::string, std::uint64_t> reported;
+    std::uint64_t dropped = 0;
+    for (const auto& row : run.result.callbacks) dropped += row.statistics.dropped;
+    EXPECT_GT(dropped, 0u);
+    for (const auto& row : run.result.callbacks)
+      reported[row.statistics.node + "/" + row.statistics.callback] =
+          row.statistics.execution.count();
+    EXPECT_EQ(counted, reported);
+    EXPECT_EQ(counted.size(), 4u);
+    std::uint64_t all = 0;
+    for (const auto& [name, count] : counted) all += count;
+    EXPECT_EQ(run.executions, all);
+  }
+}
+
 // Its timeline has a row for each process, and is the same each time.
 TEST(SimulatedProcesses, HaveATimeline) {
   const SystemDescription system = of_processes(there_and_back());
@@ -307,3 +405,5 @@ TEST(SimulatedProcesses, HaveATimeline) {
 
 }  // namespace
 }  // namespace takt::tools
+
+TAKT_REGISTER_COMPONENT(takt::tools::Counting, "counts its executions")
