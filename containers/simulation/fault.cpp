@@ -56,8 +56,11 @@ FaultKinds parse_fault_kinds(std::string_view list) {
     const std::string_view word = list.substr(begin, end - begin);
     begin = end + 1;
     if (word != "all" && !is_fault_kind(word)) {
-      throw Error(fmt::format("'{}' is no kind of fault", word),
-                  fmt::format("valid: {}, all", fmt::join(kFaultKinds, ", ")));
+      const bool is_clock = word == "clock" || word == "jump";
+      throw Error(
+          fmt::format("'{}' is no kind of fault{}", word,
+                      is_clock ? ": timers follow the steady clock, which does not jump" : ""),
+          fmt::format("valid: {}, all", fmt::join(kFaultKinds, ", ")));
     }
     for (std::size_t kind = 0; kind < kFaultKinds.size(); ++kind) {
       if (word == "all" || word == kFaultKinds[kind]) kinds.insert(static_cast<Fault::Kind>(kind));

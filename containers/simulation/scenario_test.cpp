@@ -74,6 +74,13 @@ TEST(Fault, ItsKindsAreAList) {
                                             "reordered, full, slow, throws, all"));
     }
   }
+  try {
+    parse_fault_kinds("lost,clock");
+    FAIL();
+  } catch (const Error& refused) {
+    EXPECT_THAT(refused.what(), HasSubstr("'clock' is no kind of fault: timers follow the steady "
+                                          "clock, which does not jump; valid: lost, "));
+  }
 }
 
 }  // namespace
