@@ -459,6 +459,7 @@ MUTATIONS |= {
     ]
 }
 ORACLE = BOUNDS[:-1] + ("--gtest_filter=Oracle.*",)  # random systems on the executors, which differ from it then
+CPU_LIMITS_S = {ORACLE: 180}  # in which each is seen
 GROUP, READY = "callback_groups/callback_group.hpp", "executors/engine/ready_set.hpp"
 MUTATIONS |= {
     name: (path, there, instead, ORACLE)
