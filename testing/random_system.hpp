@@ -35,6 +35,12 @@ inline std::uint64_t random_systems(std::uint64_t usual) {
   return count != nullptr ? std::strtoull(count, nullptr, 10) : usual;
 }
 
+/// From which seed on: TAKT_FIRST_SEED, for other systems than each time.
+inline std::uint64_t first_seed() {
+  const char* first = std::getenv("TAKT_FIRST_SEED");
+  return first != nullptr ? std::strtoull(first, nullptr, 10) : 1;
+}
+
 /// What a random system may have.
 struct Shape {
   std::size_t most_executors = 4;

@@ -66,34 +66,75 @@ Nanoseconds latency_in(const Simulation& simulation, const Scenario& scenario,
       ->statistics.latency.max();
 }
 
-TEST(ScenarioSearch, FindsNothingAboveABoundAndWhatItFindsIsRepeated) {
-  std::size_t bounded = 0, late = 0;
-  for (std::uint64_t seed = 1; seed <= testing::random_systems(40); ++seed) {
+/// What a person sees who runs a system once, at any phases.
+SimulatedRun observed_run(const Simulation& simulation, std::uint64_t seed) {
+  const auto times = seed % 2 == 0 ? Scenario::Times::worst : Scenario::Times::drawn;
+  return simulation.run({.seed = seed + 1'000'000, .times = times, .phases = {}});
+}
+
+/// As long as a chain was later in the run that was observed, so many runs at most.
+void search_for(const SimulatedRun& observed, const Simulation& simulation, int runs,
+                ScenarioSearch& search) {
+  const auto has_found_it = [&] {
+    const auto& chains = observed.result.chains;
+    return std::equal(chains.begin(), chains.end(), search.worst().begin(), search.worst().end(),
+                      [](const auto& seen, const Worst& worst) {
+                        return seen.statistics.latency.max() <= worst.latency;
+                      });
+  };
+  constexpr int kLeast = 4;  // for the bounds
+  for (int run = 0; run < kLeast || (run < runs && !has_found_it()); ++run)
+    search.add(simulation.run(search.next()), simulation.time_to_begin());
+}
+
+// What is observed is not later than what a search finds, but for one chain in a hundred; and
+// neither is later than the bound. What was later is where the search then goes on.
+TEST(ScenarioSearch, ObservedIsBelowSimulatedIsBelowTheBound) {
+  const StaysOnOneCpu here;
+  const std::uint64_t first = testing::first_seed(), systems = testing::random_systems(300);
+  std::size_t chains = 0, bounded = 0, later = 0;
+  double closest = 0;
+  for (std::uint64_t seed = first; seed < first + systems; ++seed) {
     const SystemDescription system = random_one(seed);
     const auto bounds = bounds_of_chains(system);
     const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 1s});
-    for (const Worst& worst : search(simulation, 16)) {
+    const SimulatedRun observed = observed_run(simulation, seed);
+    ScenarioSearch search(seed);
+    search_for(observed, simulation, 200, search);
+    const std::vector<Worst> found = search.worst();
+    search.add(observed, simulation.time_to_begin());
+    chains += found.size();
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const Worst& worst = search.worst()[i];
       const std::string word = to_string(worst.scenario);
       const std::string where = fmt::format("{}, seed {}: {}", worst.chain, seed, word);
-      const auto bound = bounds.find(worst.chain);
-      if (bound != bounds.end()) {
-        ++bounded;
-        ASSERT_LE(worst.latency.count(), bound->second.count()) << where;
+      if (worst.latency > found[i].latency) {
+        ++later;
+        std::printf("%s: observed %s, simulated %s\n", where.c_str(),
+                    to_string(worst.latency).c_str(), to_string(found[i].latency).c_str());
       }
-      ASSERT_EQ(latency_in(simulation, parse_scenario(word), worst.chain), worst.latency) << where;
-      const auto chain =
-          std::find_if(system.chains.begin(), system.chains.end(),
-                       [&](const auto& of) { return of.options.name == worst.chain; });
-      ASSERT_NE(chain, system.chains.end());
-      if (worst.latency > chain->options.deadline) ++late;
+      if (i == seed % found.size()) {
+        ASSERT_EQ(latency_in(simulation, parse_scenario(word), worst.chain), worst.latency)
+            << where;
+      }
+      const auto bound = bounds.find(worst.chain);
+      if (bound == bounds.end()) continue;
+      ++bounded;
+      ASSERT_LE(worst.latency.count(), bound->second.count()) << where;
+      closest = std::max(closest, static_cast<double>(worst.latency.count()) /
+                                      static_cast<double>(bound->second.count()));
     }
   }
-  std::printf("%zu chains with a bound, %zu are late\n", bounded, late);
-  EXPECT_GT(bounded, 0u);
-  EXPECT_GT(late, 0u);
+  std::printf(
+      "seeds %zu to %zu: of %zu chains %zu have a bound, largest latency / bound %.3f; %zu "
+      "were later when observed\n",
+      first, first + systems - 1, chains, bounded, closest, later);
+  EXPECT_GT(closest, 0.9);
+  EXPECT_LE(100 * later, chains);
 }
 
 TEST(ScenarioSearch, AWitnessMissesEachTime) {
+  const StaysOnOneCpu here;
   std::uint64_t witnesses = 0;
   for (std::uint64_t seed = 1; witnesses < testing::random_systems(5); ++seed) {
     const SystemDescription system = random_one(seed);
@@ -142,6 +183,7 @@ SystemDescription independent_callbacks(std::uint64_t seed) {
 }
 
 TEST(ScenarioSearch, ComesCloseToExactBounds) {
+  const StaysOnOneCpu here;
   const std::uint64_t systems = testing::random_systems(25);
   std::size_t close = 0;
   for (std::uint64_t seed = 1; seed <= systems; ++seed) {
@@ -158,11 +200,15 @@ TEST(ScenarioSearch, ComesCloseToExactBounds) {
   EXPECT_GE(10 * close, 8 * systems);
 }
 
-// Beside scenarios that are drawn, as many as a person would try. Of 497 chains of 150 systems, a
-// search found less for 5, and more for 102; from the seeds 5000 and 90000 less for 10 and 2.
+// Beside scenarios that are drawn, as many as a person would try. Some chains are late by chance
+// alone, and what then finds more is more runs (0181): hence its limit.
 TEST(ScenarioSearch, FindsWhatOthersFind) {
-  std::size_t chains = 0, less = 0, more = 0;
-  for (std::uint64_t seed = 1; seed <= testing::random_systems(6); ++seed) {
+  const StaysOnOneCpu here;
+  constexpr int kRuns = 400;
+  const std::uint64_t first = testing::first_seed(), systems = testing::random_systems(6);
+  std::size_t chains = 0, less = 0;
+  std::vector<int> runs;
+  for (std::uint64_t seed = first; seed < first + systems; ++seed) {
     const Simulation simulation(random_one(seed),
                                 {.overrides = {}, .measured = {}, .duration = 1s});
     std::map<std::string, Nanoseconds> drawn;
@@ -173,15 +219,26 @@ TEST(ScenarioSearch, FindsWhatOthersFind) {
       for (const ProcessResult::ChainResult& chain : simulation.run(scenario).result.chains)
         drawn[chain.name] = std::max(drawn[chain.name], chain.statistics.latency.max());
     }
-    for (const Worst& worst : search(simulation, 200)) {
-      ++chains;
-      less += 100 * worst.latency < 95 * drawn.at(worst.chain);
-      more += 95 * worst.latency > 100 * drawn.at(worst.chain);
+    ScenarioSearch search(seed);
+    const auto is_less = [&](const Worst& worst) {
+      return 100 * worst.latency < 95 * drawn.at(worst.chain);
+    };
+    runs.push_back(0);
+    std::ptrdiff_t lacks = 1;
+    for (; lacks != 0 && runs.back() < kRuns; ++runs.back()) {
+      search.add(simulation.run(search.next()), simulation.time_to_begin());
+      lacks = std::count_if(search.worst().begin(), search.worst().end(), is_less);
     }
+    chains += search.worst().size();
+    less += static_cast<std::size_t>(lacks);
   }
-  std::printf("of %zu chains, a search finds more for %zu, and less for %zu\n", chains, more, less);
-  EXPECT_LE(20 * less, chains);
-  EXPECT_GT(more, less);
+  std::sort(runs.begin(), runs.end());
+  std::printf(
+      "seeds %zu to %zu: of %zu chains, a search finds less for %zu; it needed %d runs for "
+      "half of the systems, %d for nine of ten\n",
+      first, first + systems - 1, chains, less, runs[runs.size() / 2], runs[runs.size() * 9 / 10]);
+  EXPECT_LE(100 * less, chains);
+  EXPECT_LT(runs[runs.size() / 2], 60);
 }
 
 TEST(ScenarioSearch, ASeedSaysWhatItFinds) {

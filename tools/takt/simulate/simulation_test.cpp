@@ -43,51 +43,11 @@ std::string random_file(std::uint64_t seed, const char* context_switch = "3us") 
              context_switch);
 }
 
-std::map<std::string, Nanoseconds> bounds_of(const SystemDescription& system) {
-  const AnalyzedFile file = analyze_system(system, {.is_for_here = false});
-  std::map<std::string, Nanoseconds> result;
-  for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
-    if (const auto bound = file.bounds.chains[i].bound) result[file.model.chains[i].name] = *bound;
-  }
-  return result;
-}
-
 Scenario scenario_of(std::uint64_t seed, int run) {
   Scenario scenario{.seed = seed};
   if (run != 0) scenario.phases.clear();
   if (run == 2) scenario.times = Scenario::Times::drawn;
   return scenario;
-}
-
-// Whatever happens in a simulation, is within the bound: one of the two is wrong otherwise.
-TEST(Simulation, NothingTakesLongerThanItsBound) {
-  std::size_t chains = 0, instances = 0;
-  double closest = 0;
-  for (std::uint64_t seed = 1; seed <= testing::random_systems(200); ++seed) {
-    const std::string text = random_file(seed);
-    const SystemDescription system = ConfigurationFile("system.yaml", text).read();
-    const auto bounds = bounds_of(system);
-    if (bounds.empty()) continue;
-    const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 2s});
-    for (int run = 0; run < 3; ++run) {
-      const SimulatedRun simulated = simulation.run(scenario_of(seed, run));
-      for (const ProcessResult::ChainResult& chain : simulated.result.chains) {
-        const auto bound = bounds.find(chain.name);
-        if (bound == bounds.end()) continue;
-        const Nanoseconds longest = chain.statistics.latency.max();
-        ASSERT_LE(longest.count(), bound->second.count())
-            << chain.name << ", seed " << seed << ", run " << run << ":\n"
-            << text;
-        ++chains;
-        instances += chain.statistics.instances;
-        closest = std::max(closest, static_cast<double>(longest.count()) /
-                                        static_cast<double>(bound->second.count()));
-      }
-    }
-  }
-  std::printf("%zu chains with %zu instances; largest latency ÷ bound: %.3f\n", chains, instances,
-              closest);
-  EXPECT_GT(closest, 0.9);
 }
 
 /// A mode of a random system, which drops and demotes some of what it may; empty: nothing.
