@@ -8,7 +8,8 @@ usage: results.py measure [PART...]  measures into docs/results/DATE, 40 minutes
                                      robot: into docs/results/robot, 2 minutes;
                                      footprint: into docs/results/footprint, 3 minutes, as root;
                                      literature: into docs/results/literature, 5 minutes;
-                                     reality: into docs/results/reality, 7 to 20 minutes, as root)
+                                     reality: into docs/results/reality, 7 to 20 minutes, as root;
+                                     simulation: into docs/results/simulation, 2 minutes)
        results.py write              makes docs/results/DATE.md, bounds.md, threads.md and the README's figures from
                                      that data; its picture, too, where that shows other data
        results.py check              exit status 1 if they are not what the data gives
@@ -32,6 +33,7 @@ import literature
 import paper
 import reality
 import robot
+import simulation
 import threads
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
@@ -46,6 +48,9 @@ EXPERIMENTS = {
     "nav2": "--duration 2s --repeat 3", "create3": "--duration 1s --repeat 3",
     "reference_system": "--duration 3s --repeat 3"}
 TIMERS = "latency -p 80 -i 1000 -D 2s --executor all --early-wake 50us -q"
+# Part → module, title. A page with data of its own, which is measured alone.
+ALONE = {"literature": (literature, "Which executor for which robot"), "reality": (reality, "Simulations beside runs"),
+         "simulation": (simulation, "How fast simulations are")}
 DISPATCH = ("dispatch_benchmark --benchmark_filter=^between_threads|/(events|static_single_threaded|single_threaded)/threads:1/"
             "statistics:[a-z]+/nodes --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true "
             "--benchmark_min_time=0.2 --benchmark_display_aggregates_only=true")
@@ -125,20 +130,14 @@ def measure_footprint():
     path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
-def measure_literature():
+def measure_alone(part):
+    name = part.__name__
     document = {"date": str(datetime.date.today()), "commit": git("rev-parse", "HEAD"),
-                **literature.measure(ROOT / "build/release/bin/takt", ROOT)}
-    folder = ROOT / "docs/results/literature"
+                **part.measure(ROOT / "build/release/bin/takt", ROOT)}
+    document.setdefault("machine", about_now()["machine"])
+    folder = ROOT / "docs/results" / name
     folder.mkdir(exist_ok=True)
-    (folder / "literature.json").write_text(rows_on_lines(document) + "\n", encoding="utf-8")
-
-
-def measure_reality():
-    document = {"date": str(datetime.date.today()), "commit": git("rev-parse", "HEAD"), "machine": about_now()["machine"],
-                **reality.measure(ROOT / "build/release/bin/takt", ROOT)}
-    folder = ROOT / "docs/results/reality"
-    folder.mkdir(exist_ok=True)
-    (folder / "reality.json").write_text(rows_on_lines(document) + "\n", encoding="utf-8")
+    (folder / f"{name}.json").write_text(rows_on_lines(document) + "\n", encoding="utf-8")
 
 
 def about_now():
@@ -174,14 +173,12 @@ def measure(wanted):
         return measure_robot()
     if wanted == ["footprint"]:
         return measure_footprint()
-    if wanted == ["literature"]:
-        return measure_literature()
-    if wanted == ["reality"]:
-        return measure_reality()
+    if len(wanted) == 1 and wanted[0] in ALONE:
+        return measure_alone(ALONE[wanted[0]][0])
     if wanted[:1] == ["threads"]:
         return measure_threads(wanted[1:])
     if not set(wanted) <= set(parts):
-        sys.exit(f"a part is one of: {' '.join(parts)}, or bounds, robot, footprint, literature, reality or threads alone")
+        sys.exit(f"a part is one of: {' '.join(parts)}, or bounds, robot, footprint, threads, {', '.join(ALONE)} alone")
     if wanted:
         date, data = newest(ROOT)
         about = data["about"]
@@ -362,20 +359,13 @@ def threads_page(document, is_older):
         threads.section(document, table)]) + "\n"
 
 
-def literature_page(document, is_older):
+def page_alone(name, document, is_older):
+    part, title = ALONE[name]
     return "\n\n".join([
-        first_line(document["commit"], is_older), "# Which executor for which robot", literature.what_follows(document),
+        first_line(document["commit"], is_older), f"# {title}", part.what_follows(document),
         f"Measured on {document['date']} on {machine_of(document['machine'])}, a virtual machine that shares its host; "
-        f"{load_of(document)} at the end. Made by `./dev results literature` from [the data](literature/literature.json).",
-        literature.section(document, table)]) + "\n"
-
-
-def reality_page(document, is_older):
-    return "\n\n".join([
-        first_line(document["commit"], is_older), "# Simulations beside runs", reality.what_follows(document),
-        f"Measured on {document['date']} on {machine_of(document['machine'])}, a virtual machine that shares its host. Made by "
-        "`./dev results reality` from [the data](reality/reality.json).",
-        reality.section(document, table)]) + "\n"
+        f"{load_of(document)}. Made by `./dev results {name}` from [the data]({name}/{name}.json).",
+        part.section(document, table)]) + "\n"
 
 
 def footprint_page(document, is_older):
@@ -438,7 +428,7 @@ def pages(root):
     date, data = newest(root)
     yield root / f"docs/results/{date}.md", data["about"]["commit"], functools.partial(page, date, data)
     for name, page_of in (("bounds", bounds_page), ("threads", threads_page), ("footprint", footprint_page),
-                          ("literature", literature_page), ("reality", reality_page)):
+                          *((name, functools.partial(page_alone, name)) for name in ALONE)):
         path = root / f"docs/results/{name}/{name}.json"
         if path.exists():
             document = json.loads(path.read_text(encoding="utf-8"))

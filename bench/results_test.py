@@ -186,6 +186,11 @@ with tempfile.TemporaryDirectory() as folder:
     (root / "docs/results/reality").mkdir()
     (root / "docs/results/reality/reality.json").write_text(json.dumps(
         {"date": "2026-01-06", "commit": commit, "machine": MACHINE, "systems": reality()}), encoding="utf-8")
+    (root / "docs/results/simulation").mkdir()
+    (root / "docs/results/simulation/simulation.json").write_text(json.dumps(
+        {"date": "2026-01-07", "commit": commit, "machine": MACHINE, "rows": [
+            {"name": "one executor", "unit": "callbacks/s", "value": 6e6},
+            {"name": "20 callbacks, made, run for 1 µs and taken down", "unit": "s a run", "value": 0.0021}]}), encoding="utf-8")
     (root / "docs/results/literature").mkdir()
     (root / "docs/results/literature/literature.json").write_text(json.dumps(
         {"date": "2026-01-05", "commit": commit, "machine": MACHINE, "experiments": literature()}), encoding="utf-8")
@@ -227,6 +232,10 @@ with tempfile.TemporaryDirectory() as folder:
                  "| robot, events | 3, 0.3 | 4 | 75.0 % | 80.0 % | 1 of 2 |", "| robot, events | near | 1.000, 1.090 | 2.000, 2.250 | 9.000, 9.000 |",
                  "| robot, events | far | 0.100, 0.151 **off** | 0.200, 0.300 | 9.000, 9.000 |"):
         check(f"the page of runs and simulations has: {text}", text in page_of_reality, page_of_reality)
+    page_of_simulation = (root / "docs/results/simulation.md").read_text(encoding="utf-8")
+    for text in ("# How fast simulations are", "Measured on 2026-01-07 on 2 × Some CPU", "| one executor | 6,000,000 callbacks/s | ≥ 2,000,000 callbacks/s |",
+                 "These miss their goal: 20 callbacks, made, run for 1 µs and taken down.", "| 2.10 ms | ≤ 2.00 ms |"):
+        check(f"the page of speed has: {text}", text in page_of_simulation, page_of_simulation)
     check_order()
     page_of_threads = (root / "docs/results/threads.md").read_text(encoding="utf-8")
     for text in ("Measured on 2026-01-04 on 2 × Some CPU", "Load average 0.5 before, 1.2 after. Eight callbacks",
