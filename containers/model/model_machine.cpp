@@ -68,9 +68,9 @@ void AssumptionFinder::add_assumptions_of_machine() {
             .executor = {}});
   }
   const auto& stated = description_.machine.rt_runtime;
+  if (stated ? !machine_.is_known : !model_.system.for_realtime) return;
   const Nanoseconds here = std::chrono::seconds(1) - throttled_realtime();
-  if (stated && machine_.is_known &&
-      std::min<Nanoseconds>(*stated, std::chrono::seconds(1)) > here) {
+  if (stated && std::min<Nanoseconds>(*stated, std::chrono::seconds(1)) > here) {
     assume({.id = "rt_runtime_as_here",
             .state = State::unchecked,
             .text = fmt::format("Linux grants as much to real-time threads as `rt_runtime` says, "
@@ -80,7 +80,7 @@ void AssumptionFinder::add_assumptions_of_machine() {
             .source = declared_at(line_of("a machine", "rt_runtime")),
             .executor = {}});
   }
-  if (!stated && model_.system.for_realtime) {
+  if (!stated) {
     assume({.id = "rt_runtime_as_here",
             .state = machine_.is_known ? State::checked : State::unchecked,
             .text = fmt::format("Linux grants {:g} ms of each second to the real-time threads of a "

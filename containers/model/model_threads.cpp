@@ -237,8 +237,8 @@ void ModelBuilder::place_threads() {
     executor.more_dispatch = std::max<analysis::Time>(0, whole_time(longer));
   }
   const Nanoseconds second = std::chrono::seconds(1);
-  const Nanoseconds granted =
-      description_.machine.rt_runtime.value_or(second - throttled_realtime());
+  const auto& stated = description_.machine.rt_runtime;
+  const Nanoseconds granted = stated ? *stated : second - throttled_realtime();
   if (granted < second) {
     // The kernel looks once a tick whether it is used up, or others have got theirs.
     const Nanoseconds less = granted - scheduler_tick();

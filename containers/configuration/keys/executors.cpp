@@ -97,7 +97,7 @@ void check_reservations(const std::vector<ThreadAttributes>& threads,
   if (machine.cpus.empty()) return check_admission(threads);
   const Nanoseconds second = std::chrono::seconds(1);
   const std::chrono::duration<double> granted =
-      machine.rt_runtime.value_or(second - throttled_realtime());
+      machine.rt_runtime ? *machine.rt_runtime : second - throttled_realtime();
   check_admission(threads, static_cast<double>(machine.cpus.size()) * granted.count());
 }
 

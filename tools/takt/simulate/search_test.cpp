@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -133,8 +134,8 @@ TEST(ScenarioSearch, ObservedIsBelowSimulatedIsBelowTheBound) {
   EXPECT_LE(100 * later, chains);
 }
 
+// On one CPU of this machine, and on all.
 TEST(ScenarioSearch, AWitnessMissesEachTime) {
-  const StaysOnOneCpu here;
   std::uint64_t witnesses = 0;
   for (std::uint64_t seed = 1; witnesses < testing::random_systems(5); ++seed) {
     const SystemDescription system = random_one(seed);
@@ -142,8 +143,11 @@ TEST(ScenarioSearch, AWitnessMissesEachTime) {
     for (const Worst& worst : search(simulation, 8)) {
       if (worst.latency <= worst.deadline) continue;
       const Scenario again = parse_scenario(to_string(worst.scenario));
-      for (int i = 0; i < 100; ++i)
+      for (int i = 0; i < 100; ++i) {
+        std::optional<StaysOnOneCpu> here;
+        if (i % 10 != 0) here.emplace();
         ASSERT_EQ(latency_in(simulation, again, worst.chain), worst.latency) << seed;
+      }
       ++witnesses;
     }
   }
