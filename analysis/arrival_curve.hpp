@@ -4,6 +4,7 @@
 #define TAKT_ANALYSIS_ARRIVAL_CURVE_HPP_
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "takt/base/visibility.hpp"
@@ -49,6 +50,11 @@ class ArrivalCurve {
   /// The instants at which the most critical sequence of arrivals has one more, from `from` to
   /// below `limit`. Throws Error when these are more than `most_counts`.
   std::vector<Time> steps(Time limit, Time from = 0, Count most_counts = kUnbounded) const;
+
+  /// What it is made of: least_distance(n) follows from these.
+  std::span<const Time> distances() const noexcept { return distances_; }  // without the jitter
+  Time jitter() const noexcept { return jitter_; }
+  Time closest() const noexcept { return closest_; }
 
   /// By their numbers, in any order.
   friend auto operator<=>(const ArrivalCurve&, const ArrivalCurve&) = default;

@@ -33,7 +33,7 @@ bool takes_turns(const Thread& thread) {
 
 // A step of the nice value is a fifth more or less, as in Linux.
 Nanoseconds slice_of(const Thread& thread) {
-  if (thread.policy == Policy::rr) return std::chrono::milliseconds(100);
+  if (thread.policy == Policy::rr) return CpuModel::kTurn;
   const double usual = 3e6;
   return Nanoseconds(std::llround(usual * std::pow(1.25, -thread.nice)));
 }

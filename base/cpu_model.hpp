@@ -50,6 +50,8 @@ class CpuModel {
   };
   enum class Policy { deadline, fifo, rr, other, idle };
   static constexpr std::size_t kNone = SIZE_MAX;
+  /// A turn of SCHED_RR: as long as Linux has it, unless somebody changes `sched_rr_timeslice_ms`.
+  static constexpr Nanoseconds kTurn = std::chrono::milliseconds(100);
 
   /// One thread. It is the caller's, and lives as long as it is awake.
   class Thread {

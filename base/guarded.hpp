@@ -17,18 +17,20 @@ namespace detail {
 /// guarded.lock();` to the end of the block. Copy what must be looked at for longer: a thread that
 /// "must have ended by now" may still run.
 /// Thread safety: from any thread. Real-time: as PiMutex.
-template <class T>
+template <class T, LockRank kRank = LockRank::leaf>
 class Guarded {
+  using Mutex = RankedMutex<kRank>;
+
  public:
   template <class Value>
   class Access {
    public:
-    Access(Value& value, PiMutex& mutex) : lock_(mutex), value_(value) {}
+    Access(Value& value, Mutex& mutex) : lock_(mutex), value_(value) {}
     Value* operator->() const noexcept { return std::addressof(value_); }
     Value& operator*() const noexcept { return value_; }
 
    private:
-    const std::lock_guard<PiMutex> lock_;
+    const std::lock_guard<Mutex> lock_;
     Value& value_;
   };
 
@@ -36,7 +38,7 @@ class Guarded {
   Access<const T> lock() const { return {value_, mutex_}; }
 
  private:
-  mutable PiMutex mutex_;
+  mutable Mutex mutex_;
   T value_{};
 };
 

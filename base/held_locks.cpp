@@ -12,11 +12,11 @@ namespace takt::detail {
 namespace {
 
 constexpr std::array<const char*, kLockRanks> kNames = {
-    "isolated",        "callback_lists",  "observer",      "wait_set",  "parameters",
-    "time_source",     "action_server",   "all_outputs",   "outputs",   "topics",
-    "dispatch",        "managed",         "history",       "responses", "status_event",
-    "awaited_message", "client_alarm",    "kept_requests", "calls",     "tasks",
-    "accepted_goals",  "simulated_clock", "node",          "leaf"};
+    "bound_watch",  "isolated",        "callback_lists",  "observer",      "wait_set",
+    "parameters",   "time_source",     "action_server",   "all_outputs",   "outputs",
+    "topics",       "dispatch",        "managed",         "history",       "responses",
+    "status_event", "awaited_message", "client_alarm",    "kept_requests", "calls",
+    "tasks",        "accepted_goals",  "simulated_clock", "node",          "leaf"};
 static_assert(kNames.back() != nullptr);
 
 const char* innermost(std::uint32_t held) noexcept {
@@ -27,7 +27,7 @@ const char* innermost(std::uint32_t held) noexcept {
 
 void refuse_lock_order(LockRank wanted) noexcept {
   std::fprintf(stderr, "takt: lock '%s' is wanted while '%s' is held; see base/lock_order.hpp\n",
-               kNames[static_cast<std::size_t>(wanted)], innermost(held_places()));
+               kNames[static_cast<std::size_t>(wanted)], innermost(held_locks));
   std::abort();
 }
 

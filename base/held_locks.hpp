@@ -24,13 +24,9 @@ namespace detail {
 #ifdef TAKT_CHECK_LOCKS
 static_assert(kLockRanks <= 32);
 inline thread_local constinit std::uint32_t held_locks = 0;  // a bit for each rank
-/// Those that have a place: a leaf says nothing of what is taken under it.
-inline std::uint32_t held_places() noexcept {
-  return held_locks & ~(std::uint32_t{1} << static_cast<int>(LockRank::leaf));
-}
 void refuse_lock_order(LockRank wanted) noexcept;
 inline void lock_is_wanted(LockRank rank) noexcept {
-  if ((held_places() >> static_cast<int>(rank)) != 0) refuse_lock_order(rank);
+  if ((held_locks >> static_cast<int>(rank)) != 0) refuse_lock_order(rank);
 }
 inline void lock_is_held(LockRank rank) noexcept {
   held_locks |= std::uint32_t{1} << static_cast<int>(rank);

@@ -12,14 +12,14 @@ namespace TAKT_PUBLIC takt {
 /// A kind of lock, outermost first: a thread that holds one takes only such as come after it, so no
 /// two threads wait for each other. Debug and sanitizer builds end the program otherwise
 /// (TAKT_CHECK_LOCKS). Each says what is taken while it is held; no thread holds two of one kind.
-/// All others are a `leaf`: a thread that holds one of these above takes it, and what is taken
-/// under a leaf is not checked yet (under that of a container's watch, executors are asked).
+/// A lock under which none is taken, and nothing of a user runs, is a `leaf`, and need not be here.
 ///
 /// A plain std::mutex is not in the order: only set-up, other processes' discovery and simulated
 /// time have some. They come before all of these where they call the library (the lists of a
 /// container and of rclcpp's layer), and after all of them where the library calls them
 /// (registries, threads that come and go, the manual clock).
 enum class LockRank : std::uint8_t {
+  bound_watch,     // of a container: asks executors, nodes and chains
   isolated,        // children of `isolated`: asks and makes executors
   callback_lists,  // of an executor: asks nodes, gives entities an owner, installs (dispatch)
   observer,        // the same, of an executor without the engine

@@ -122,9 +122,11 @@ TEST(PiMutexDeathTest, IsTakenInTheOrderOfLocks) {
   EXPECT_DEATH(outer.lock(), "'callback_lists' is wanted while 'node' is held");
   EXPECT_DEATH(outer.try_lock(), "'callback_lists' is wanted while 'node' is held");
   inner.unlock();
-  RankedMutex<LockRank::callback_lists> under;
-  const std::lock_guard unplaced(other);  // it says nothing of what is under it
-  const std::lock_guard placed(under);
+  const auto both = [&] {
+    const std::lock_guard one(last);
+    const std::lock_guard two(other);
+  };
+  EXPECT_DEATH(both(), "'leaf' is wanted while 'leaf' is held");
 }
 #endif
 

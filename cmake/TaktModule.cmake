@@ -69,13 +69,16 @@ function(takt_man_pages target)
   set_property(GLOBAL PROPERTY takt_has_man_pages TRUE)
 endfunction()
 
-# takt_optimise_little(target -O1): for what may be slow, so that it compiles sooner: in release builds as
-# it says, with sanitizers not at all.
+# takt_optimise_little(target -O1): for what may be slow, so that a release build takes less time or room.
 function(takt_optimise_little target level)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:${level}>)
+endfunction()
+
+# takt_optimise_searches(target): for what runs for so long under sanitizers, whose presets optimise nothing,
+# that it pays.
+function(takt_optimise_searches target)
   if(TAKT_SANITIZE)
-    target_compile_options(${target} PRIVATE -O0)
-  else()
-    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:${level}>)
+    target_compile_options(${target} PRIVATE -O1)
   endif()
 endfunction()
 
@@ -90,8 +93,9 @@ function(takt_test name)
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE takt::takt takt::allocation_counter takt_warnings
                                         takt_testing takt_watchdog GTest::gtest_main GTest::gmock)
-  # The first tests lock-free headers, as users compile them; the others search for so long that it pays.
-  if(NOT name MATCHES "^base_|_long_test$")
+  if(name MATCHES "_long_test$")
+    takt_optimise_searches(${name})
+  elseif(NOT name MATCHES "^base_")  # which tests lock-free headers, as users compile them
     takt_optimise_little(${name} -O0)
   endif()
   if(ARG_ONE_THREAD AND TAKT_SANITIZE STREQUAL "thread")

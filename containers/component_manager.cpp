@@ -137,7 +137,7 @@ std::string text_of(const std::exception& error) {
   return text;
 }
 
-// Needs no code of a user: on the thread `container`.
+// It runs no code of a user, so the thread `container` serves it.
 std::shared_ptr<Entity> list_service(Node& node, const Container& container) {
   return node.create_service<ci::ListNodes>(
       "~/_container/list_nodes",

@@ -253,7 +253,7 @@ void ContainerExecutors::begin(const Loaded& loaded) {
 }
 
 void ContainerExecutors::begin(const Loaded& loaded, const CallbackGroup& group) {
-  // Else it is the user's.
+  // Any other group is for an executor that the user's code makes.
   if (!loaded.own_executor(group).empty() || group.automatically_add_to_executor())
     begin(find(loaded.executor_of(group)));
 }

@@ -16,7 +16,7 @@ namespace {
 
 constexpr auto kBetweenLooks = std::chrono::seconds(1);
 
-/// How the CPUs of this process are others than the file states, if some thread may use all.
+/// How the CPUs of this process differ from `machine: cpus`; empty: not, or all threads are bound.
 std::string other_cpus(const SystemDescription& description) {
   const std::set<int> stated(description.machine.cpus.begin(), description.machine.cpus.end());
   const std::set<int> here(available_cpus().begin(), available_cpus().end());

@@ -39,7 +39,8 @@ class ContainerWatch {
   ContainerSetting& setting_;
   const RunningExecutors& running_;
   const Chains& chains_;
-  detail::Guarded<std::unique_ptr<BoundWatch>> watch_;  // nullptr: nothing is watched
+  // nullptr: nothing is watched
+  detail::Guarded<std::unique_ptr<BoundWatch>, LockRank::bound_watch> watch_;
   TimePoint next_look_ = kNever;
 };
 

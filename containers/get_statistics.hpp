@@ -30,7 +30,7 @@ struct GetStatistics {
     /// The numbers may be untrusted input.
     Histogram since(const Times& before) const;
   };
-  /// Of Linux, as it tells.
+  /// A thread, with what the kernel says of it.
   struct Thread {
     std::string executor;  // that has its callbacks run here; empty: none
     std::string name;

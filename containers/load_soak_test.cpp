@@ -190,8 +190,9 @@ TEST(LoadSoak, KeepsOfComponentsThatHaveGoneWhatCycloneKeepsAlone) {
       "{:.0f} by Cyclone alone\n",
       cyclone.ends(), with_new_names.median(), with_the_same.median(), alone.median());
   // The executor frees the records of the last component, with 28 kB of histograms, at its next
-  // change, so they may count in one stretch and be missing in another.
-  const double noise = 60e3 / cycles;
+  // change, so they may count in one stretch and be missing in another; so do pages of the heap.
+  // What this looks for is 46 kB a cycle.
+  const double noise = 120e3 / cycles;
   EXPECT_LE(with_new_names.median(), 1.05 * with_the_same.median() + noise);
   EXPECT_LE(with_the_same.median(), 1.2 * alone.median() + noise);
   EXPECT_LE(kFirst * (at_first.median() - alone.median()), 1e6) << "statistics of what has gone";

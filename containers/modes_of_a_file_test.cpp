@@ -107,6 +107,7 @@ TEST(ModesOfAFile, WhatNeverOverrunsLeadsNowhere) {
 
 // In `calm`, `loop` waits for all others: there the second robot would be one too many.
 TEST(ModesOfAFile, ALoadedComponentMustKeepTheGuaranteesOfEachMode) {
+  provide<Robot>("test::ModesRobot");
   World any;
   world = &any;
   const auto load = [](const std::string& modes) -> std::string {

@@ -23,6 +23,8 @@ class ExecutionWatch {
     Nanoseconds execution{0};            // processor time
     Nanoseconds bound{0};                // from its arrival to its end
     std::vector<Nanoseconds> distances;  // from the first of 2, 3, … arrivals to the last, at least
+    /// Of any n arrivals in a row the last comes (n - 1) · `period` after the first, less `jitter`.
+    Nanoseconds period{0}, jitter{0};
   };
   enum class Kind { execution, bound, arrivals };
   static constexpr std::size_t kKinds = 3;
@@ -50,6 +52,7 @@ class ExecutionWatch {
       count(Kind::bound, end - ready, limits_.bound);
     }
     check_arrival(ready);
+    check_pace(ready);
   }
   Seen seen(Kind kind) const noexcept {
     const Counts& counts = counts_[static_cast<std::size_t>(kind)];
@@ -96,10 +99,21 @@ class ExecutionWatch {
     next_ = (next_ + 1) % size;
   }
 
+  // With `due_` as the latest instant at which this one comes if all before did at the pace: as the
+  // generic cell rate algorithm (ITU-T I.371) it finds any window that has too many.
+  void check_pace(TimePoint ready) noexcept {
+    if (limits_.period == Nanoseconds::zero()) return;
+    if (ready >= due_) first_ = due_ = ready;
+    const Nanoseconds limit = due_ - first_ - limits_.jitter;
+    if (ready - first_ < limit) count(Kind::arrivals, ready - first_, limit);
+    due_ = later(due_, limits_.period);
+  }
+
   const Limits limits_;
   std::array<Counts, kKinds> counts_;
   std::vector<TimePoint> arrivals_;
   std::size_t next_ = 0;
+  TimePoint first_{}, due_{};  // the first of those that came faster than their pace
 };
 
 }  // namespace takt

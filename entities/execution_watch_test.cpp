@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/entities/execution_watch.hpp"
 
+#include <utility>
+
 #include <gtest/gtest.h>
 
 namespace takt::test {
@@ -39,6 +41,22 @@ TEST(ExecutionWatch, ComparesArrivalsWithAllBeforeThem) {
   EXPECT_EQ(watch.seen(Kind::arrivals).limit, 20ms);
   watch.check(at(26ms), at(26ms), 0ms);
   EXPECT_EQ(watch.seen(Kind::arrivals).worst, 6ms);  // 14 ms too early
+}
+
+// Each has its distance from the one before, and any few are a burst that is allowed.
+TEST(ExecutionWatch, FindsABurstThatGoesOnForTooLong) {
+  ExecutionWatch watch({.distances = {2ms}, .period = 10ms, .jitter = 200ms});
+  const auto arrive = [&](Nanoseconds time) { watch.check(at(time), at(time), 0ms); };
+  Nanoseconds now{0};
+  for (int i = 0; i < 26; ++i) arrive(std::exchange(now, now + 2ms));  // 250 ms of work in 50 ms
+  EXPECT_EQ(watch.seen(Kind::arrivals).count, 0u);
+  arrive(now);
+  EXPECT_EQ(watch.seen(Kind::arrivals).count, 1u);
+  EXPECT_EQ(watch.seen(Kind::arrivals).worst, 52ms);
+  EXPECT_EQ(watch.seen(Kind::arrivals).limit, 60ms);
+  now += 300ms;  // it has been silent for long enough to burst again
+  for (int i = 0; i < 26; ++i) arrive(std::exchange(now, now + 2ms));
+  EXPECT_EQ(watch.seen(Kind::arrivals).count, 1u);
 }
 
 }  // namespace

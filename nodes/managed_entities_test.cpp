@@ -32,8 +32,10 @@ TAKT_MESSAGE(Scan, "test_msgs/msg/Scan", id);
 class RecordingSink final : public Sink {
  public:
   explicit RecordingSink(std::shared_ptr<Entity> entity) : entity_(std::move(entity)) {
-    const std::lock_guard lock(ownership_mutex());
-    entity_->set_owner(this);
+    {
+      const std::lock_guard lock(ownership_mutex());
+      entity_->set_owner(this);
+    }
     entity_->attach(*this);
   }
   ~RecordingSink() {

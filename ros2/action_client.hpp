@@ -38,7 +38,7 @@ class GoalCalls {
   void begin() noexcept { is_busy_ = true; }
   /// A call has ended, perhaps with an exception, which is thrown when those that wait were made.
   void end(std::exception_ptr failure);
-  /// Calls `now`, or later what `kept` returns.
+  /// Calls `now`; or keeps what `kept` returns, and calls that when the server is there.
   template <class Now, class Kept>
   void call(Kind kind, Now&& now, Kept&& kept) {
     if (waits(kind, kept)) return;

@@ -27,7 +27,7 @@ enum class GoalResponse { reject, accept_and_execute, accept_and_defer };
 enum class CancelResponse { reject, accept };
 
 struct ActionServerOptions {
-  /// That have not ended; one more is rejected.
+  /// How many goals may be under way at once; one more is rejected.
   std::size_t most_goals = 10;
   /// How long the result of a goal that has ended can be asked for.
   Nanoseconds result_timeout = std::chrono::seconds(10);
@@ -251,7 +251,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
                               (has_id && goal.info.goal_id == wanted.goal_id) ||
                               (has_stamp && goal.info.stamp <= until);
         if (!is_meant || is_terminal(goal.state)) continue;
-        // Ours may be the last pointer to it, and must not go with the mutex held: see abandon.
+        // This pointer may be the last one, and is not dropped under the mutex: see abandon.
         if (auto handle = goal.handle.lock()) asked.push_back(std::move(handle));
       }
     }

@@ -44,8 +44,8 @@ void TimeSource::leave(const SimulatedClock& clock) noexcept {
   now_.reset();
 }
 
-// Without the lock, as executors that listen to the node have theirs. If another thread has done it
-// meanwhile, or the host is another one, this subscription goes again.
+// The subscription is made without the lock: executors that listen to the node take theirs. It is
+// dropped if another thread has made one meanwhile, or the host has changed.
 void TimeSource::subscribe() {
   std::shared_ptr<Node> host;
   {

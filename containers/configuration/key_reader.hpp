@@ -19,7 +19,7 @@ struct ConfigurationReading : Reading {
   explicit ConfigurationReading(document::Errors& of_file) : Reading{of_file} {}
 
   const LoadPolicy* policy = nullptr;  // applies to requests; nullptr: a file may load anything
-  /// `machine: cpus` need not be here: then threads are checked against these.
+  /// The file has `machine: cpus`: threads are checked against these, not against this machine's.
   bool names_cpus = false;
   FileThreads threads{errors};
   std::vector<ThreadAttributes> executors_threads;  // of all executors, once for each use

@@ -30,6 +30,7 @@ struct WrittenKey {
   std::string entry;  // the key or the place of that map: "/scan"
   std::string key;
   SourceLine where;
+  std::string value;  // "{}": a map
 };
 
 /// `accept:`, the reasons by the id of an assumption, see assumption_kinds().
@@ -81,6 +82,8 @@ struct ExecutionDescription {
 struct ArrivalDescription {
   Nanoseconds period{0}, jitter{0}, least_distance{0};
   std::vector<Nanoseconds> distances;  // if not empty, instead of the others
+
+  friend bool operator==(const ArrivalDescription&, const ArrivalDescription&) = default;
 };
 
 /// One entry of a component's `callbacks:`. All but the parameters is for `takt analyze`.

@@ -30,6 +30,24 @@ std::string content_of(const document::Value& value) {
   return std::visit(Visitor(), value.content);
 }
 
+// As it stands in the file, without quotes. What is in a map are keys of their own.
+std::string text_of(const document::Value& value) {
+  struct Visitor {
+    std::string operator()(std::monostate) const { return "null"; }
+    std::string operator()(const std::string& text) const { return text; }
+    std::string operator()(const document::Map&) const { return "{}"; }
+    std::string operator()(const document::List& list) const {
+      std::vector<std::string> texts;
+      for (const document::Value& each : list) texts.push_back(text_of(each));
+      return fmt::format("[{}]", fmt::join(texts, ", "));
+    }
+    std::string operator()(bool is_true) const { return is_true ? "true" : "false"; }
+    std::string operator()(std::int64_t number) const { return fmt::format("{}", number); }
+    std::string operator()(double number) const { return fmt::format("{}", number); }
+  };
+  return std::visit(Visitor(), value.content);
+}
+
 // A link to the section of this title.
 std::string link(std::string_view title) {
   std::string anchor(title);
@@ -118,8 +136,8 @@ bool SystemReader::read_map(const Value& map, std::string_view whose,
   if (!std::holds_alternative<document::Map>(map.content)) return false;
   for (const Field& field : fields) {
     if (const Value* value = find(map, whose, field.key)) {
-      system_.keys.push_back(
-          {std::string(whose), map.name, std::string(field.key), errors_.where(value->line)});
+      system_.keys.push_back({std::string(whose), map.name, std::string(field.key),
+                              errors_.where(value->line), text_of(*value)});
       field.read(*value);
     } else if (field.is_required) {
       errors_.add(map.line, fmt::format("{} needs the key '{}'", whose, field.key), "add it");

@@ -60,15 +60,18 @@ constexpr std::array kKinds{
     AssumptionKind{"requests_are_answered", "each request is answered in time", "", "",
                    "measure a run, or give the client's callback an `arrival`"},
     AssumptionKind{"rt_runtime_as_here",
-                   "Linux throttles real-time threads as on this machine, and the fair server of "
-                   "newer kernels (6.12) runs others before them only then",
-                   "when it is analysed", "both, but not of reserved threads",
+                   "Linux throttles real-time threads as on this machine, which take turns of 100 "
+                   "ms under SCHED_RR, and the fair server of newer kernels (6.12) runs others "
+                   "before them only then",
+                   "when it is analysed", "all, but not of reserved threads",
                    "`machine: {rt_runtime: …}`; a kernel whose fair server is off (0 in "
                    "`/sys/kernel/debug/sched/fair_server/cpu*/runtime`)"},
-    AssumptionKind{"reservations_end",
-                   "the kernel ends the budget of a reservation when it is used up", "", "",
-                   "let the callbacks of each reservation need less than its budget: without "
-                   "HRTICK_DL the kernel looks once a tick"},
+    AssumptionKind{
+        "reservations_end", "the kernel ends the budget of a reservation when it is used up", "",
+        "",
+        "let what the callbacks of each reservation need, and its `spin`, be less than its "
+        "budget: without "
+        "HRTICK_DL the kernel looks once a tick"},
     AssumptionKind{"start_is_over", "the start is over: its bursts and constructors do not count",
                    "", "", "`from: activation` in the chain"},
     AssumptionKind{"times_scale_with_speed",

@@ -400,59 +400,6 @@ TEST(CodeTraps, NoProcessStartsAgain) {
   EXPECT_EQ(text("").find("starts again"), std::string::npos);
 }
 
-// What is sent at the end of a period leaves one after the other, and the last message is late.
-TEST(CodeTraps, SendingAtTheEndOfAPeriodTakesTime) {
-  const auto found = [](const std::string& publish, const std::string& more = {}) {
-    return analyzed(R"(
-threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}, b: {policy: SCHED_FIFO, priority: 60, affinity: [1]}}
-machine: {cpus: [0, 1], overheads: {publish: )" +
-                    publish + R"(}}
-executors: {a: {type: triggered, let: 50ms, threads: [a]}, b: {type: events, threads: [b]}}
-container:
-  components:
-    - {component: takt::Workload, name: x, executor: a, parameters: {publishers: {topic: [x], period_us: [50000], work_us: [100], size_bytes: [8000000]}}}
-    - {component: takt::Workload, name: s, executor: a, parameters: {publishers: {topic: [s], period_us: [50000], work_us: [100]}})" +
-                    more + R"(}
-    - {component: takt::Workload, name: r, executor: b, parameters: {subscriptions: {topic: [x, s], work_us: [100, 100]}}}
-chains: [{name: c, path: [s/s_timer, r/s]}]
-)");
-  };
-  const Nanoseconds without = found("{message: 0us, megabyte: 0us}").bound().bound.value();
-  const Nanoseconds with = found("{message: 1us, megabyte: 1ms}").bound().bound.value();
-  EXPECT_GE(with, without + 8ms);
-  EXPECT_LE(with, without + 9ms);
-  EXPECT_THAT(
-      found("1us", ", callbacks: {s_timer: {execution: 1ms}}").text_of("overheads_are_zero"),
-      HasSubstr("sending at the end of a period"));
-}
-
-// In one process a message of 4 MB is a pointer: what was measured so was used for two.
-TEST(CodeTraps, AModelOfOneProcessIsNotOneOfTwo) {
-  const auto text = [](const std::string& of_sender, const std::string& of_receiver) {
-    MeasuredModel measured{.path = "m.yaml", .duration = 10s};
-    measured.executors = {{of_sender + "a", "events", "fifo", {"/x/x_timer"}},
-                          {of_receiver + "b", "events", "fifo", {"/y/x"}}};
-    for (const char* name : {"/x/x_timer", "/y/x"}) {
-      measured.callbacks.push_back(
-          {.name = name, .executions = 9, .longest_execution = 1ms, .least_distances = {10ms}});
-    }
-    return analyzed(two_processes("topics: {/x: {delay: {max: 1ms}}}\n"), &measured)
-        .text_of("model_from_elsewhere");
-  };
-  EXPECT_THAT(text("", ""), HasSubstr("'/x/x_timer', '/y/x' takes as long to send to other"));
-  EXPECT_THAT(text("p/", "p/"), HasSubstr("'/x/x_timer', '/y/x' takes"));
-  EXPECT_EQ(text("p1/", "p2/"), "");
-}
-
-// A delay that was promised to be no shorter was not among what is promised.
-TEST(CodeTraps, TheLeastDelayIsAPromise) {
-  const auto text = [](const char* delay) {
-    return analyzed(two_processes(fmt::format("topics: {{/x: {{delay: {{{}}}}}}}\n", delay)))
-        .text_of("as_declared");
-  };
-  EXPECT_THAT(text("min: 1ms, max: 2ms"), HasSubstr("than its `delay` says, or less"));
-}
-
 }  // namespace
 }  // namespace tricky
 

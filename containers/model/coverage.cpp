@@ -179,10 +179,10 @@ constexpr CoverageEntry kTable[] = {
     // The lifecycle
     {"the lifecycle", "bring_up", kUsed,
      "a node that nobody brings up gets nothing; what it makes then a run must have shown"},
-    {"the lifecycle", "depends_on", kIrrelevant, "a node that is deactivated runs less"},
-    {"the lifecycle", "heartbeat", kIrrelevant, "the thread `lifecycle` looks"},
-    {"the lifecycle", "on_loss", kIrrelevant,
-     "a node that is deactivated runs less; the run says so"},
+    {"the lifecycle", "depends_on", kUsed,
+     "nothing_is_changed: a node that is activated again gets what has waited"},
+    {"the lifecycle", "heartbeat", kIrrelevant, "that none is missed is assumed: see depends_on"},
+    {"the lifecycle", "on_loss", kUsed, "`shutdown`: as depends_on"},
     // An analysis
     {"an analysis", "watch", kUsed, "what is seen while it runs is checked"},
     // A machine
@@ -401,6 +401,7 @@ constexpr CoverageEntry kTable[] = {
     {"a measured model", "chains", kUsed, "see a measured chain"},
     {"a measured model", "executors", kUsed, "latencies of others are not shown"},
     {"a measured model", "components", kUsed, "model_from_elsewhere"},
+    {"a measured model", "settings", kUsed, "model_from_elsewhere"},
     {"a measured model", "differs", kUsed, "model_from_elsewhere"},
     // A measured callback
     {"a measured callback", "name", kUsed, "add_unknown_callbacks"},

@@ -91,8 +91,8 @@ std::size_t fields_of(const SchedulerTraits& all) {
   return count(a, b, c, d, e);
 }
 std::size_t fields_of(const MeasuredModel& all) {
-  const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m] = all;
-  return count(a, b, c, d, e, f, g, h, i, j, k, l, m);
+  const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n] = all;
+  return count(a, b, c, d, e, f, g, h, i, j, k, l, m, n);
 }
 std::size_t fields_of(const MeasuredCallback& all) {
   const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = all;

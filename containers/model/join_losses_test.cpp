@@ -134,7 +134,8 @@ TEST(JoinLosses, WhatTheOtherInputLosesIsLost) {
   const Analyzed late =
       Joined{.top = "topics: {/w: {lifespan: 1us}}\n", .period_x = "100000"}.analyzed();
   EXPECT_EQ(late.verdict(), Verdict::may_lose);
-  EXPECT_THAT(why(late), HasSubstr("waits for '/j/w': messages of '/j/w' may wait for longer"));
+  EXPECT_THAT(why(late),
+              HasSubstr("waits for '/j/w': messages of '/j/w' may take and wait longer"));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// Timers of 10 ms on one thread: `a`, whose messages `b` gets, and `log` after them. Each takes a
 /// millisecond. The chain `c` is of a and b, and `l` of log.
@@ -119,6 +120,22 @@ TEST(Keys, ASwitchOfModesHasNoBound) {
               HasSubstr("no mode is switched"));
   EXPECT_THAT(analyzed_in(0, "").text_of("nothing_is_changed"),
               testing::Not(HasSubstr("no mode is switched")));
+}
+
+// It is taken and destroyed, which takes the longer the larger it is.
+TEST(Keys, WhatAModeDropsIsDestroyed) {
+  const auto zero = [](const char* size) {
+    const std::string more = fmt::format(
+        "    - {{component: takt::Workload, name: big, executor: default, parameters: "
+        "{{publishers: "
+        "{{topic: [z], period_us: [10000], size_bytes: [{}]}}}}}}\n    - {{component: "
+        "takt::Workload, "
+        "name: d, executor: default, parameters: {{subscriptions: {{topic: [z]}}}}}}\n",
+        size);
+    return analyzed_in(1, "modes: {calm: {drop: [d/z]}}", more).text_of("overheads_are_zero");
+  };
+  EXPECT_THAT(zero("8000000"), HasSubstr("taking and destroying what a mode drops"));
+  EXPECT_THAT(zero("100"), Not(HasSubstr("what a mode drops")));
 }
 
 }  // namespace

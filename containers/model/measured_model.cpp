@@ -89,6 +89,8 @@ class ModelReader : private SystemReader {
             into(model.components.emplace_back(MeasuredComponent{.node = value.name, .digest = {}})
                      .digest)(value);
           })},
+         {"settings", "",
+          each_in_map([&](const Value& value) { into(model.settings[value.name])(value); })},
          {"callbacks", "",
           each_in_map([&](const Value& value) { model.callbacks.push_back(callback(value)); }),
           /*is_required=*/true},

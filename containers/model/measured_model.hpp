@@ -91,10 +91,19 @@ struct MeasuredModel {
   std::vector<MeasuredChain> chains;
   std::vector<MeasuredExecutor> executors;    // empty: the model does not tell
   std::vector<MeasuredComponent> components;  // empty: the model does not tell
+  /// See measured_settings(); and what the run had as an option instead: "--transport".
+  std::map<std::string, std::string> settings;
   /// In what the caller has found this machine, or a component, to be another one; empty: in
   /// nothing. Not in the file.
   std::string differs;
 };
+
+struct SystemDescription;
+
+/// What a file says besides its components that may change how long an execution takes, by its
+/// place: "/scan.durability". "{}": a map.
+/// Thread safety: from any thread. Real-time: no.
+std::map<std::string, std::string> measured_settings(const SystemDescription& system);
 
 /// Reads such a file, which a person may have written.
 /// Throws ConfigurationError with file and line.

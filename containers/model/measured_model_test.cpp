@@ -24,6 +24,7 @@ duration: 10s
 margin: 0.5
 overheads: {dispatch: 1500ns, wake: {min: 9us, p50: 10us, p99: 20us, p99.9: 40us}}
 lost_executions: 7
+settings: {dds: "{}", /scan.depth: "2"}
 callbacks:
   /lidar/tick:
     executions: 100
@@ -71,6 +72,7 @@ TEST(MeasuredModel, IsRead) {
   EXPECT_EQ(model.wake_overhead.p99, 20us);
   EXPECT_EQ(model.wake_overhead.longest, 40us);
   EXPECT_EQ(model.lost_executions, 7u);
+  EXPECT_THAT(model.settings, ElementsAre(Pair("/scan.depth", "2"), Pair("dds", "{}")));
   ASSERT_EQ(model.callbacks.size(), 2u);
   const MeasuredCallback& tick = model.callbacks[0];
   EXPECT_EQ(tick.name, "/lidar/tick");
@@ -118,7 +120,7 @@ TEST(MeasuredModel, RefusesUnknownKeysWithTheNearestValidOne) {
       errors_in("callback: {}\ncallbacks: {}"),
       "m.model.yaml:1: 'callback' is not a key of a measured model; did you mean 'callbacks'? "
       "valid: file, machine, duration, margin, lost_executions, overheads, "
-      "executors, components, callbacks, chains\n");
+      "executors, components, settings, callbacks, chains\n");
   EXPECT_THAT(errors_of("    arival: {}"), HasSubstr("m.model.yaml:3: 'arival' is not a key of a "
                                                      "measured callback; did you mean 'arrival'?"));
   EXPECT_THAT(errors_of("    arrival: {jiter: 1ms}"), HasSubstr("did you mean 'jitter'?"));
@@ -195,6 +197,30 @@ TEST(MeasuredModel, EndsSoonWhateverTheFile) {
   EXPECT_THAT(errors_in(many), HasSubstr("more errors follow"));
   EXPECT_THAT(errors_in(""), HasSubstr("the file is empty"));
   EXPECT_THAT(errors_in("[]"), HasSubstr("the file is a list; write a map"));
+}
+
+// A message that is kept for late subscriptions is written into DDS, where none was in the measured
+// run. Where and when callbacks run, changes no execution.
+TEST(MeasuredSettings, AreWhatMayChangeAnExecution) {
+  const auto settings = [](const std::string& text) {
+    return measured_settings(
+        ConfigurationFile(
+            "r.yaml", text + "container: {components: [{component: takt::Workload, name: x}]}\n")
+            .read());
+  };
+  EXPECT_THAT(settings(R"(
+realtime: prefer
+cpu_dma_latency_us: 0
+threads: {a: {policy: SCHED_FIFO, priority: 9, affinity: [0]}}
+executors: {a: {type: events, scheduler: fixed_priority, threads: [a]}}
+machine: {exclusive: true, overheads: {dispatch: 1us}}
+dds: {discovery: 'off', shared_memory: 'off'}
+topics: {/x: {durability: transient_local, depth: 2, delay: 1ms, must_match: true}}
+)"),
+              ElementsAre(Pair("/x.depth", "2"), Pair("/x.durability", "transient_local"),
+                          Pair("cpu_dma_latency_us", "0"), Pair("dds", "{}"),
+                          Pair("dds.shared_memory", "off")));
+  EXPECT_THAT(settings(""), ElementsAre());
 }
 
 }  // namespace

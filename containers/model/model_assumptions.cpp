@@ -178,67 +178,6 @@ void AssumptionFinder::add_assumptions() {
   }
 }
 
-// ---- The measured run ----
-
-void AssumptionFinder::add_assumptions_of_model() {
-  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
-    const std::size_t executor = model_.system.callbacks[i].executor;
-    const Provenance from = model_.callbacks[i].execution;
-    if (from == Provenance::promised) {
-      assume({.id = "budgets_hold",
-              .state = State::checked,
-              .text = "no execution is longer than its `budget`: overruns are counted, not "
-                      "prevented",
-              .name = {},
-              .source = "declared",
-              .executor = executor});
-    }
-    const MeasuredCallback* const seen = measured(i);
-    const bool has_run = seen != nullptr && seen->executions != 0;
-    if (from != Provenance::measured && !has_run) continue;
-    assume({.id = "as_measured",
-            .state = State::unchecked,
-            .text = fmt::format(
-                "no execution is longer than the longest that was measured, and {:g} %; none "
-                "waits longer or sends more messages, and no arrivals are closer than those "
-                "that were measured",
-                100 * measured_->margin),
-            .name = {},
-            .source = measured_source(),
-            .executor = executor});
-    if (process_of(i)->is_program) {
-      assume_of(
-          i, "model_from_elsewhere",
-          "the program of {} is what it was in the measured run, as it was built and with the "
-          "same arguments",
-          measured_source());
-    } else if (!says_all(i)) {
-      assume_of(i, "as_measured",
-                "what the library of the component of {} links is what it was in the measured run",
-                measured_source());
-    }
-    add_how_it_sent(i);
-    add_other_processes(i);
-    if (measured_->differs.empty()) continue;
-    assume({.id = "model_from_elsewhere",
-            .state = State::unchecked,
-            .text = "what was measured is true here, though " + measured_->differs,
-            .name = {},
-            .source = "nobody",
-            .executor = executor});
-  }
-  if (measured_ != nullptr && measured_->lost_executions != 0) {
-    assume({.id = "as_measured",
-            .state = State::unchecked,
-            .text = fmt::format(
-                "the {} executions that the trace of the model has lost were as the others",
-                measured_->lost_executions),
-            .name = {},
-            .source = measured_source(),
-            .executor = {}});
-  }
-}
-
 // ---- What the system does ----
 
 // What a publisher keeps for late subscriptions comes at once, and a constructor may send anything.
@@ -278,21 +217,22 @@ void AssumptionFinder::add_who_else_sends() {
                 "not acknowledged yet");
     }
   }
-  const bool is_closed =
-      !joins_dds() || (description_.dds && description_.dds->discovery == DiscoveryRange::off);
   for (std::size_t i = 0; i < callbacks_.size(); ++i) {
     const EntityKind kind = callbacks_[i]->entity->kind();
     const bool receives = kind == EntityKind::subscription || kind == EntityKind::service ||
                           kind == EntityKind::client;
-    if (is_closed && !process_of(i)->is_program) continue;
+    if (is_closed() && !process_of(i)->is_program) continue;
     assume_of(i, "no_other_publishers",
-              receives ? "nobody outside of the file sends to {}"
-                       : "nobody outside of the file receives what {} sends, which takes time");
+              receives && states_arrival(i) != nullptr
+                  ? "nothing comes to {} from outside of the file but what its `arrival` says"
+              : receives ? "nobody outside of the file sends to {}"
+                         : "nobody outside of the file receives what {} sends, which takes time");
     // Those of containers are served by the thread `requests`.
     if (process_of(i)->is_program)
       assume_of(i, "no_other_publishers", "nobody asks the parameter services of the node of {}");
   }
-  if (!is_closed) add_what_others_may_change();
+  if (!is_closed()) add_what_others_may_change();
+  add_nodes_that_may_rest();
   if (!description_.modes.empty()) add_switches_of_modes();
 }
 
@@ -322,9 +262,26 @@ void AssumptionFinder::add_what_others_may_change() {
           .name = {},
           .source = "nobody",
           .executor = {}});
+}
+
+// One that is active again gets what has waited for it.
+void AssumptionFinder::add_nodes_that_may_rest() {
+  const auto& lifecycle = description_.lifecycle;
+  using OnLoss = LifecycleDescription::OnLoss;
+  const bool has_dependents =
+      lifecycle && std::any_of(lifecycle->bring_up.begin(), lifecycle->bring_up.end(),
+                               [](const auto& managed) { return !managed.depends_on.empty(); });
+  const bool may_be_lost =
+      lifecycle && (lifecycle->on_loss == OnLoss::shutdown ||
+                    (lifecycle->on_loss == OnLoss::deactivate_dependents && has_dependents));
+  if (is_closed() && !may_be_lost) return;
   for (std::size_t i = 0; i < callbacks_.size(); ++i) {
     if (dynamic_cast<const LifecycleNode*>(callbacks_[i]->node.get()) == nullptr) continue;
-    assume_of(i, "nothing_is_changed", "the node of {} stays active");
+    assume_of(i, "nothing_is_changed",
+              may_be_lost
+                  ? "the node of {} stays active: no node that `lifecycle` manages misses its "
+                    "`heartbeat`"
+                  : "the node of {} stays active");
   }
 }
 

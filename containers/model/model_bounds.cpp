@@ -16,6 +16,7 @@ namespace {
 
 using analysis::Count;
 using analysis::kUnbounded;
+using analysis::Time;
 
 // A release that comes before the one before it has begun is served together with it, unless more
 // than one may wait; `skip` drops it as long as that one has not ended.
@@ -34,9 +35,15 @@ Loss loss_of_timer(const std::string& name, const SystemModel::Callback& facts,
           releases};
 }
 
+// From when its message was sent to its end.
+Time since_sent(const SystemModel::Callback& callback, const analysis::CallbackBound& bound) {
+  return analysis::plus(bound.bound, callback.longest_way.count());
+}
+
 Loss loss_of_overrun(const SystemModel& model, const ModelBounds& bounds, std::size_t index) {
   const auto& limit = model.callbacks[index].given_up_after;
-  if (!limit || bounds.all.callbacks[index].bound <= limit->count()) return {};
+  if (!limit || since_sent(model.callbacks[index], bounds.all.callbacks[index]) <= limit->count())
+    return {};
   return {fmt::format("'{}' may take longer than {}, and its `overrun` then ends the instance",
                       model.system.callbacks[index].name, to_string(*limit)),
           0};
@@ -85,10 +92,10 @@ Loss loss_of_messages(const SystemModel& model, const ModelBounds& bounds, std::
     return {fmt::format("'{}' lost {} in the measured run", name, facts.dropped), 0};
   }
   if (Loss loss = loss_of_overrun(model, bounds, index); !loss.why.empty()) return loss;
-  if (facts.lifespan != Nanoseconds::zero() &&
-      bound.bound - callback.least_execution > facts.lifespan.count()) {
-    return {fmt::format("messages of '{}' may wait for longer than their lifespan, {}", name,
-                        to_string(facts.lifespan)),
+  if (facts.lifespan &&
+      since_sent(facts, bound) - callback.least_execution > facts.lifespan->count()) {
+    return {fmt::format("messages of '{}' may take and wait longer than their lifespan, {}", name,
+                        to_string(*facts.lifespan)),
             0};
   }
   const auto depth = static_cast<Count>(facts.depth);
@@ -145,7 +152,7 @@ std::string why_handled(const SystemModel& model, const ModelBounds& bounds,
     const auto& limit = model.callbacks[i].handled_after;
     const analysis::Callback& callback = model.system.callbacks[i];
     if (!limit || !executors.contains(callback.executor)) continue;
-    if (bounds.all.callbacks[i].bound <= limit->count()) continue;
+    if (since_sent(model.callbacks[i], bounds.all.callbacks[i]) <= limit->count()) continue;
     return fmt::format(
         "'{}' may take longer than {}: then a handler of its code runs "
         "(`on_deadline_miss`, `on_overrun`), and nobody knows for how long",

@@ -103,6 +103,15 @@ class ModelParts {
   /// The callbacks of other processes that send to it.
   std::vector<std::size_t> senders_elsewhere(std::size_t callback) const;
   bool joins_dds() const { return description_.dds.has_value() || processes_.size() > 1; }
+  /// Nobody outside of the file is heard.
+  bool is_closed() const {
+    return !joins_dds() || (description_.dds && description_.dds->discovery == DiscoveryRange::off);
+  }
+  /// Which description states what comes to it from outside: its own, or that of another
+  /// subscription of the topic. nullptr: none does. Throws Error if two differ.
+  const CallbackDescription* states_arrival(std::size_t callback) const;
+  /// As the file or a run says.
+  bool comes_from_outside(std::size_t callback) const;
   const MeasuredCallback* measured(std::size_t callback) const {
     const auto found = measured_callbacks_.find(model_.system.callbacks[callback].name);
     return found != measured_callbacks_.end() ? found->second : nullptr;
@@ -137,11 +146,32 @@ class ModelParts {
 double execution_scale(const SystemDescription& description, const Node& node,
                        const std::string& callback);
 
-/// What the bounds of a model rest on besides its numbers.
+/// What a model takes for granted of the run that was measured.
 /// Thread safety: none. Real-time: no.
-class AssumptionFinder : public ModelParts {
+class MeasuredRun : public ModelParts {
  public:
   using ModelParts::ModelParts;
+
+ protected:
+  void add_assumptions_of_model();
+
+ private:
+  void add_what_was_measured(std::size_t callback);
+  void find_executors_then();
+  const MeasuredExecutor& executor_then(std::size_t callback) const { return *then_[callback]; }
+  void add_new_neighbours();
+  void add_who_destroys();
+  void add_how_it_sent(std::size_t callback);
+  void add_other_processes(std::size_t callback);
+
+  std::vector<const MeasuredExecutor*> then_;  // by callback; without a name: nobody knows
+};
+
+/// What the bounds of a model rest on besides its numbers.
+/// Thread safety: none. Real-time: no.
+class AssumptionFinder : public MeasuredRun {
+ public:
+  using MeasuredRun::MeasuredRun;
 
  protected:
   void add_assumptions();
@@ -155,6 +185,7 @@ class AssumptionFinder : public ModelParts {
   void add_reservations(std::size_t executor);
   void add_threads_of_others(std::size_t executor);
   void add_assumptions_of_machine();
+  void add_throttling();
   void add_cpus();
   void add_orders();
   void add_overheads();
@@ -162,13 +193,10 @@ class AssumptionFinder : public ModelParts {
   void add_overheads_of_sending(std::size_t callback);
   void assume_overhead(const char* what, analysis::Time time, Nanoseconds said,
                        std::optional<std::size_t> executor);
-  void add_assumptions_of_model();
-  MeasuredExecutor executor_then(std::size_t callback) const;
-  void add_how_it_sent(std::size_t callback);
-  void add_other_processes(std::size_t callback);
   void add_assumptions_of_start();
   void add_who_else_sends();
   void add_what_others_may_change();
+  void add_nodes_that_may_rest();
   void add_switches_of_modes();
   void add_who_sends_besides();
   void add_exceptions();
@@ -177,6 +205,7 @@ class AssumptionFinder : public ModelParts {
   void add_what_nobody_says_of_loans(std::size_t sender);
   void add_what_nodes_may_make();
   bool sends(std::size_t callback) const;
+  bool gets_small_messages(std::size_t callback) const;
   /// Those of these executors, one for each id and state; nullptr: of all.
   std::vector<Assumption> assumptions(const std::set<std::size_t>* executors) const;
   /// On which the bound of a chain depends.
@@ -271,8 +300,13 @@ class ModelBuilder : public ChainFinder {
   Nanoseconds sending(std::size_t callback);
   Nanoseconds taking(std::size_t callback);
   void add_waits(std::size_t callback);
-  std::optional<ArrivalDescription> stated_arrival(std::size_t callback, bool has_senders) const;
-  analysis::ArrivalCurve declared_arrivals(std::size_t callback, const ArrivalDescription& arrival,
+  struct StatedArrival {
+    ArrivalDescription arrival;
+    const char* key;
+    SourceLine where;
+  };
+  std::optional<StatedArrival> stated_arrival(std::size_t callback, bool has_senders) const;
+  analysis::ArrivalCurve declared_arrivals(std::size_t callback, const StatedArrival& stated,
                                            bool has_senders);
   void compare_arrivals(std::size_t callback, const analysis::ArrivalCurve& promised,
                         const std::vector<Nanoseconds>& seen, const char* what);

@@ -113,7 +113,7 @@ void ModelBuilder::link_publishers(std::size_t to) {
 bool ModelBuilder::is_offered(const PublishingCallbacks& publishing, std::size_t from,
                               std::size_t to) {
   const auto* const end = dynamic_cast<const SubscriptionBase*>(callbacks_[to]->entity.get());
-  Nanoseconds& lifespan = model_.callbacks[to].lifespan;
+  auto& lifespan = model_.callbacks[to].lifespan;
   bool result = false;
   for (const PublishingCallbacks::Publisher& publisher : publishing.publishers) {
     const std::string_view policy = publisher.qos.refuses(end->qos());
@@ -127,7 +127,7 @@ bool ModelBuilder::is_offered(const PublishingCallbacks& publishing, std::size_t
     result = true;
     const Nanoseconds its = publisher.qos.lifespan_duration;
     if (QoS::is_for_ever(its)) continue;
-    lifespan = lifespan == Nanoseconds::zero() ? its : std::min(lifespan, its);
+    lifespan = std::min(lifespan.value_or(its), its);
   }
   return result;
 }
@@ -230,11 +230,9 @@ void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
     const bool is_known = delay != description_.delays.end();
     output.delay = is_known ? delay->second.longest.count() : kUnbounded;
     output.least_delay = is_known ? delay->second.least.count() : 0;
-    Nanoseconds& lifespan = model_.callbacks[to].lifespan;
-    if (is_known && lifespan != Nanoseconds::zero()) {  // what is left of it
-      lifespan = std::max(Nanoseconds(1), lifespan - delay->second.longest);
-    }
     if (is_known) {
+      Nanoseconds& longest = model_.callbacks[to].longest_way;
+      longest = std::max(longest, delay->second.longest);
       assume({.id = "as_declared",
               .state = Assumption::State::unchecked,
               .text = "no message on {} takes longer between processes than its `delay` says, or "
@@ -285,7 +283,7 @@ void ModelBuilder::cut_circles() {
   }
 }
 
-// Of the fastest timer before it; 0 if something else is before it, too.
+// The period of the fastest timer that its messages come from; 0 if they come from elsewhere, too.
 analysis::Time ModelBuilder::period_before(std::size_t callback) const {
   const analysis::Callback& described = model_.system.callbacks[callback];
   if (described.is_timer) return described.longest_gap;

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "takt/base/cpu_model.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/containers/model/model_builder.hpp"
 
@@ -67,15 +68,21 @@ void AssumptionFinder::add_assumptions_of_machine() {
             .source = "nobody",
             .executor = {}});
   }
+  add_throttling();
+}
+
+void AssumptionFinder::add_throttling() {
   const auto& stated = description_.machine.rt_runtime;
   if (stated ? !machine_.is_known : !model_.system.for_realtime) return;
-  const Nanoseconds here = std::chrono::seconds(1) - throttled_realtime();
-  if (stated && std::min<Nanoseconds>(*stated, std::chrono::seconds(1)) > here) {
+  const RealtimeGrant here = realtime_grant();
+  const RealtimeGrant wanted{.runtime = stated.value_or(std::chrono::seconds(1))};
+  if (stated && (here.share() < wanted.share() ||
+                 here.period - here.runtime > wanted.period - wanted.runtime)) {
     assume({.id = "rt_runtime_as_here",
             .state = State::unchecked,
             .text = fmt::format("Linux grants as much to real-time threads as `rt_runtime` says, "
-                                "though here it is {:g} ms of each second",
-                                static_cast<double>(here.count()) / 1e6),
+                                "though here it is {}",
+                                to_string(here)),
             .name = {},
             .source = declared_at(line_of("a machine", "rt_runtime")),
             .executor = {}});
@@ -83,9 +90,9 @@ void AssumptionFinder::add_assumptions_of_machine() {
   if (!stated) {
     assume({.id = "rt_runtime_as_here",
             .state = machine_.is_known ? State::checked : State::unchecked,
-            .text = fmt::format("Linux grants {:g} ms of each second to the real-time threads of a "
-                                "CPU, as on this machine",
-                                static_cast<double>(here.count()) / 1e6),
+            .text = fmt::format("Linux grants {} to the real-time threads of a CPU, as on this "
+                                "machine",
+                                to_string(here)),
             .name = {},
             .source = "this machine",
             .executor = {}});
@@ -161,6 +168,15 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
             : "the fair server, which newer kernels have, runs other threads before those of {} "
               "only when these have used what `rt_runtime` grants",
         "this machine");
+  }
+  if (executor.share && executor.share->slice != 0) {
+    const Nanoseconds turn = turn_of_round_robin();
+    const bool is_shorter = machine_.is_known && turn < CpuModel::kTurn;
+    add("rt_runtime_as_here",
+        !machine_.is_known ? State::unchecked
+        : is_shorter       ? State::refuted
+                           : State::checked,
+        "turns of SCHED_RR take 100 ms (`sched_rr_timeslice_ms`), or more, for {}", "this machine");
   }
   add_reservations(index);
   add_threads_of_others(index);
@@ -243,6 +259,33 @@ std::vector<std::size_t> ModelParts::senders_elsewhere(std::size_t callback) con
   return result;
 }
 
+// All subscriptions of a topic get the same.
+const CallbackDescription* ModelParts::states_arrival(std::size_t index) const {
+  const ModelledProcess::Callback& callback = *callbacks_[index];
+  const CallbackDescription* result = callback.described.arrival ? &callback.described : nullptr;
+  if (callback.entity->kind() != EntityKind::subscription) return result;
+  for (const ModelledProcess::Callback* other : callbacks_) {
+    if (!other->described.arrival || other->entity->kind() != EntityKind::subscription ||
+        other->entity->topic() != callback.entity->topic())
+      continue;
+    if (result == nullptr) result = &other->described;
+    if (*result->arrival == *other->described.arrival) continue;
+    throw Error(
+        fmt::format("two subscriptions of '{}' have another 'arrival' each, and get the same",
+                    callback.entity->topic()),
+        fmt::format("state one for both, or correct that of {}", other->described.where),
+        result->where);
+  }
+  return result;
+}
+
+bool ModelParts::comes_from_outside(std::size_t callback) const {
+  const EntityKind kind = callbacks_[callback]->entity->kind();
+  if (is_closed() || kind == EntityKind::timer || kind == EntityKind::waitable) return false;
+  const MeasuredCallback* const seen = measured(callback);
+  return states_arrival(callback) != nullptr || (seen != nullptr && seen->uncaused != 0);
+}
+
 // What a component says of its execution is without what sending costs.
 Nanoseconds ModelBuilder::sending(std::size_t index) {
   const MachineDescription& machine = description_.machine;
@@ -270,7 +313,7 @@ Nanoseconds ModelBuilder::sending(std::size_t index) {
 // What it costs to read a message of another process: the other end of what it costs to write it.
 Nanoseconds ModelBuilder::taking(std::size_t index) {
   const MachineDescription& machine = description_.machine;
-  analysis::Time longest = 0;
+  analysis::Time longest = comes_from_outside(index) ? machine.publish.count() : 0;
   for (const std::size_t from : senders_elsewhere(index)) {
     const auto sent = said_to_send(from);
     longest =
@@ -331,10 +374,27 @@ void AssumptionFinder::add_overheads() {
   }
 }
 
+// All that come to it in its own process.
+bool AssumptionFinder::gets_small_messages(std::size_t callback) const {
+  if (callbacks_[callback]->entity->kind() == EntityKind::timer) return true;
+  if (comes_from_outside(callback) || !senders_elsewhere(callback).empty()) return false;
+  for (std::size_t from = 0; from < callbacks_.size(); ++from) {
+    for (const analysis::Output& output : model_.system.callbacks[from].outputs) {
+      if (output.to != callback) continue;
+      const auto sent = said_to_send(from);
+      if (!sent || sent->bytes > kFewBytes) return false;
+    }
+  }
+  return true;
+}
+
 void AssumptionFinder::add_overheads_of_taking(std::size_t callback) {
   const auto senders = senders_elsewhere(callback);
-  if (senders.empty()) return;
   const std::size_t executor = model_.system.callbacks[callback].executor;
+  const bool is_from_outside = comes_from_outside(callback);
+  if (is_dropped(callback) && !gets_small_messages(callback))
+    assume_overhead("taking and destroying what a mode drops", 0, {}, executor);
+  if (is_dropped(callback) || (senders.empty() && !is_from_outside)) return;
   const Nanoseconds stated = description_.machine.publish;
   const Provenance from = model_.callbacks[callback].execution;
   if (from == Provenance::declared) return;
@@ -343,10 +403,12 @@ void AssumptionFinder::add_overheads_of_taking(std::size_t callback) {
   const bool is_charged = from == Provenance::exact && machine_.overhead_samples == 0;
   assume_overhead("taking a message of another process", is_charged ? stated.count() : 0, stated,
                   executor);
-  const bool are_known = std::all_of(senders.begin(), senders.end(), [&](auto sender) {
-    const auto sent = said_to_send(sender);
-    return sent && (sent->bytes <= kFewBytes || description_.machine.publish_megabyte.count() != 0);
-  });
+  const bool are_known =
+      !is_from_outside && std::all_of(senders.begin(), senders.end(), [&](auto sender) {
+        const auto sent = said_to_send(sender);
+        return sent &&
+               (sent->bytes <= kFewBytes || description_.machine.publish_megabyte.count() != 0);
+      });
   if (is_charged && stated != Nanoseconds::zero() && !are_known) {
     assume_overhead("taking more than a small message", 0, {}, executor);
   }

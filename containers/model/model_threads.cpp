@@ -236,14 +236,13 @@ void ModelBuilder::place_threads() {
     const double longer = dispatch / speeds_of(i).first - dispatch;
     executor.more_dispatch = std::max<analysis::Time>(0, whole_time(longer));
   }
-  const Nanoseconds second = std::chrono::seconds(1);
   const auto& stated = description_.machine.rt_runtime;
-  const Nanoseconds granted = stated ? *stated : second - throttled_realtime();
-  if (granted < second) {
+  const RealtimeGrant granted = stated ? RealtimeGrant{.runtime = *stated} : realtime_grant();
+  if (granted.is_limited()) {
     // The kernel looks once a tick whether it is used up, or others have got theirs.
-    const Nanoseconds less = granted - scheduler_tick();
+    const Nanoseconds less = granted.runtime - scheduler_tick();
     model_.system.for_realtime = {.budget = std::max<analysis::Time>(1, less.count()),
-                                  .period = second.count()};
+                                  .period = granted.period.count()};
     model_.system.may_come_twice = fair_server() != Nanoseconds::zero();
   }
 }

@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "takt/base/cpu_model.hpp"
+
 namespace takt {
 namespace {
 
@@ -148,9 +150,6 @@ Place place_of_pool(const std::vector<const Thread*>& pool, const std::vector<Th
   return {.movers = executors_of(movers)};
 }
 
-// Of SCHED_RR, if `sched_rr_timeslice_ms` is as Linux has it.
-constexpr Nanoseconds kSlice = std::chrono::milliseconds(100);
-
 }  // namespace
 
 std::vector<Place> find_places(std::span<const ModelledThread> threads, std::size_t executors,
@@ -166,7 +165,7 @@ std::vector<Place> find_places(std::span<const ModelledThread> threads, std::siz
                    &attributes,
                    {.cpus = std::move(own),
                     .priority = is_realtime ? attributes.priority : 0,
-                    .slice = attributes.policy == ThreadPolicy::rr ? kSlice.count() : 0},
+                    .slice = attributes.policy == ThreadPolicy::rr ? CpuModel::kTurn.count() : 0},
                    is_realtime ? thread.highest : 0});
   }
   std::vector<Place> result(executors);

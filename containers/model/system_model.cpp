@@ -261,14 +261,15 @@ std::optional<ArrivalCurve> ModelBuilder::unexplained_arrivals(std::size_t index
 
 // `period` of a callback promises the least distance of what it gets, which is more than is known
 // where nobody in the system sends.
-std::optional<ArrivalDescription> ModelBuilder::stated_arrival(std::size_t index,
-                                                               bool has_senders) const {
+std::optional<ModelBuilder::StatedArrival> ModelBuilder::stated_arrival(std::size_t index,
+                                                                        bool has_senders) const {
   const ModelledProcess::Callback& callback = *callbacks_[index];
-  if (callback.described.arrival) return callback.described.arrival;
+  if (const CallbackDescription* const stated = states_arrival(index))
+    return StatedArrival{*stated->arrival, "'arrival'", stated->where};
   if (has_senders && !in_circle_.contains(index)) return {};
   const auto period = callback.parameters().period;
   if (!period || callback.entity->kind() == EntityKind::timer) return {};
-  return ArrivalDescription{.period = *period};
+  return StatedArrival{{.period = *period}, "'period'", callback.described.where};
 }
 
 // Arrivals that came closer in the measured run than they can, as the file or a timer says.
@@ -290,15 +291,16 @@ void ModelBuilder::compare_arrivals(std::size_t index, const ArrivalCurve& promi
   }
 }
 
-ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const ArrivalDescription& arrival,
+ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const StatedArrival& stated,
                                              bool has_senders) {
+  const ArrivalDescription& arrival = stated.arrival;
   const ModelledProcess::Callback& callback = *callbacks_[index];
   const analysis::Callback& described = model_.system.callbacks[index];
   if (is_periodic(index)) {
     throw Error(
         fmt::format("'{}' is a timer, which is released every {}: it has no other 'arrival'",
                     described.name, to_string(callback.entity->period())),
-        "remove it", callback.described.where);
+        "remove it", stated.where);
   }
   const ArrivalCurve curve =
       arrival.distances.empty()
@@ -306,10 +308,9 @@ ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const ArrivalDes
                                    arrival.least_distance.count())
           : ArrivalCurve::by_distances(times_of(arrival.distances));
   const MeasuredCallback* const seen = measured(index);
-  const char* const what = callback.described.arrival ? "'arrival'" : "'period'";
   if (seen != nullptr) {
     compare_arrivals(index, curve, has_senders ? seen->uncaused_distances : seen->least_distances,
-                     what);
+                     stated.key);
   }
   assume({.id = "as_declared",
           .state = if_watched(),
@@ -317,8 +318,16 @@ ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const ArrivalDes
                                 "closer than declared"
                               : "what comes to {} from outside is no closer than declared",
           .name = "'" + described.name + "'",
-          .source = declared_at(callback.described.where),
+          .source = declared_at(stated.where),
           .executor = described.executor});
+  if (const auto* const end = dynamic_cast<const SubscriptionBase*>(callback.entity.get())) {
+    const Nanoseconds its = end->qos().lifespan_duration;
+    auto& lifespan = model_.callbacks[index].lifespan;
+    if (!QoS::is_for_ever(its)) lifespan = std::min(lifespan.value_or(its), its);
+    const auto delay = description_.delays.find(end->topic());
+    Nanoseconds& way = model_.callbacks[index].longest_way;
+    if (delay != description_.delays.end()) way = std::max(way, delay->second.longest);
+  }
   return curve;
 }
 
@@ -427,6 +436,10 @@ void ModelBuilder::set_order(const ModelledPart& part) {
     callback.urgency = -static_cast<std::int64_t>(ranks[i]);
     const auto point = traits.point != nullptr ? traits.point(infos[i]) : std::nullopt;
     callback.point = point ? point->count() : kUnbounded;
+    // A point counts from when a message was sent, and a bound from when it has come.
+    const bool is_late = point && model_.callbacks[part.callbacks[i]].longest_way.count() != 0;
+    if (is_late && executor.order == analysis::Order::by_point)
+      executor.order = analysis::Order::arbitrary;
   }
 }
 

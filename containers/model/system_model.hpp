@@ -27,7 +27,7 @@ struct ModelledProcess {
     std::string executor;                            // the name
     CallbackDescription described;                   // by the file
     std::optional<CallbackParameters> changed = {};  // instead of those that it has
-    /// Of an executor that isolates: which of its threads runs it, and as it was made.
+    /// With `isolated`: the place of the thread that runs it, and the attributes it was made with.
     struct Thread {
       std::size_t place = 0;
       ThreadAttributes attributes;
@@ -93,9 +93,11 @@ struct SystemModel {
     std::size_t depth = 0;      // of a subscription's queue; 0: none
     Nanoseconds period{0};      // of a timer
     std::uint64_t dropped = 0;  // in the measured run: messages, or releases of a timer
-    Nanoseconds lifespan{0};    // of its messages; 0: none
-    std::size_t bytes = 0;      // of what it gets from another process, as its sender says
-    std::string best_effort;    // why messages to it may be lost on their way; empty: they are not
+    std::optional<Nanoseconds> lifespan = {};  // of its messages
+    /// Of its messages, from another process: what counts from when they were sent has less left.
+    Nanoseconds longest_way{0};
+    std::size_t bytes = 0;    // of what it gets from another process, as its sender says
+    std::string best_effort;  // why messages to it may be lost on their way; empty: they are not
     /// Its chain instance ends if it takes longer: `overrun: abort`.
     std::optional<Nanoseconds> given_up_after;
     analysis::Count other_receivers = 0;  // of what it sends at once, but for one of each message

@@ -444,6 +444,20 @@ TEST(Traps, AnActiveNodeMayBeDeactivated) {
                 .receiver = "takt::test::TrapManaged"};
   EXPECT_THAT(file.analyzed().text_of("nothing_is_changed"),
               HasSubstr("the node of '/r/t' stays active"));
+  // Its own file does it, also where nobody else is heard.
+  const auto closed = [](const char* lifecycle) {
+    return TrapFile{.top = fmt::format("lifecycle: {{bring_up: [q, r]{}}}\n", lifecycle),
+                    .receiver =
+                        "takt::test::TrapManaged\n      name: q\n      callbacks: {t: "
+                        "{execution: 1ms}}\n    - component: takt::test::TrapManaged"}
+        .analyzed()
+        .text_of("nothing_is_changed");
+  };
+  const auto heartbeat = HasSubstr("'/r/t' stays active: no node that `lifecycle` manages misses");
+  EXPECT_THAT(closed(", depends_on: {r: [q]}"), heartbeat);
+  EXPECT_THAT(closed(", on_loss: shutdown"), heartbeat);
+  EXPECT_THAT(closed(""), Not(heartbeat));
+  EXPECT_THAT(closed(", depends_on: {r: [q]}, on_loss: report"), Not(heartbeat));
 }
 
 }  // namespace

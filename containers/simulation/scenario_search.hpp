@@ -48,7 +48,7 @@ class ScenarioSearch {
   std::optional<std::size_t> closest_to_deadline() const;
 
  private:
-  /// From where the climbing goes on.
+  /// A scenario from which the climbing goes on.
   struct Place {
     Scenario scenario;
     std::vector<Nanoseconds> phases;   // of all that is released

@@ -86,7 +86,7 @@ void SimulatedBodies::set_up(const ModelledProcess& process, const SystemModel& 
   recent_.resize(kMostRecent);
 }
 
-// Its callbacks have it as their container has it: of several processes, that knows pieces.
+// A chain from end to end: of several processes, each container knows a piece of it only.
 void SimulatedBodies::add_chain(const PlannedChain& planned) {
   const std::size_t index = chains_.size();
   Instances& instances = chains_.emplace_back();

@@ -22,9 +22,6 @@ namespace {
 
 using analysis::kUnbounded;
 
-// Limit: arrivals in a row whose distances are compared. At it: more are not looked at together.
-// Seen: nothing.
-constexpr analysis::Count kMostArrivals = 8;
 // Limit: deviations that are told apart. At it: others are counted together. Seen: "others".
 constexpr std::size_t kMostDeviations = 100;
 
@@ -77,8 +74,16 @@ ExecutionWatch::Limits limits_of(const SystemModel& model, const ModelBounds& bo
     return limits;
   }
   if (!callback.arrivals || has_senders(model, index)) return limits;
-  for (analysis::Count count = 2; count <= kMostArrivals; ++count) {
-    limits.distances.emplace_back(callback.arrivals->least_distance(count));
+  const analysis::ArrivalCurve& curve = *callback.arrivals;
+  if (curve.jitter() == 0) {
+    const auto count = static_cast<analysis::Count>(curve.distances().size());
+    for (analysis::Count i = 0; i < count; ++i) {
+      limits.distances.emplace_back(curve.least_distance(i + 2));
+    }
+  } else {  // only what has a period has a jitter
+    limits.distances = {Nanoseconds(curve.closest())};
+    limits.period = Nanoseconds(curve.distances().front());
+    limits.jitter = Nanoseconds(curve.jitter());
   }
   return limits;
 }
@@ -347,11 +352,17 @@ void BoundWatch::look_at_machine(const std::vector<int>& threads) {
   const Figures now = figures(threads);
   look_at_threads(now);
   look_at_cpus(now);
-  if (now.rt_runtime_us != before_.rt_runtime_us) {
+  if (now.granted != before_.granted) {
     report("rt_runtime_as_here", "",
-           fmt::format("`sched_rt_runtime_us` was {}, and is {}", before_.rt_runtime_us,
-                       now.rt_runtime_us),
+           fmt::format("Linux granted {} to the real-time threads of a CPU, and grants {}",
+                       to_string(before_.granted), to_string(now.granted)),
            counted_so_far("throttling", "", 1), all_);
+  }
+  if (now.turn != before_.turn) {
+    report("rt_runtime_as_here", "turn",
+           fmt::format("a turn of SCHED_RR took {}, and takes {}", to_string(before_.turn),
+                       to_string(now.turn)),
+           counted_so_far("throttling", "turn", 1), all_);
   }
   before_ = now;
 }
@@ -422,12 +433,15 @@ std::map<int, BoundWatch::Ticks> BoundWatch::ticks_of_cpus() {
 }
 
 BoundWatch::Figures BoundWatch::figures(const std::vector<int>& threads) {
-  Figures result{.page_faults = {}, .attributes = {}, .ticks = ticks_of_cpus()};
+  Figures result{.page_faults = {},
+                 .attributes = {},
+                 .ticks = ticks_of_cpus(),
+                 .granted = realtime_grant(),
+                 .turn = turn_of_round_robin()};
   for (const int thread : threads) {
     result.page_faults[thread] = page_faults_of(thread);
     result.attributes[thread] = thread_state(thread);
   }
-  std::ifstream("/proc/sys/kernel/sched_rt_runtime_us") >> result.rt_runtime_us;
   return result;
 }
 

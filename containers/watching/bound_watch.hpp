@@ -78,7 +78,8 @@ class BoundWatch {
     std::map<int, std::uint64_t> page_faults;  // by thread
     std::map<int, ThreadState> attributes;     // the same
     std::map<int, Ticks> ticks;                // by CPU
-    std::int64_t rt_runtime_us = 0;
+    RealtimeGrant granted;
+    Nanoseconds turn{0};
   };
 
   void look_at_callback(Watched& callback, const CallbackStatistics& counted, bool is_over);

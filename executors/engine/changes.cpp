@@ -42,7 +42,7 @@ void Changes::publish_removal(const std::vector<CallbackRecord*>& removed,
     }
     std::erase(update->all, record);
   }
-  // Of a group that has lost its most urgent callback, others may interrupt the rest.
+  // A group that has lost its most urgent callback may be interrupted by more callbacks of others.
   if (update->levels.empty() && dispatcher_.ready().selection().interrupts()) {
     for (const auto& [id, record] : records)
       update->levels.emplace_back(record.get(), record->level.load());

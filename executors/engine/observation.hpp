@@ -57,7 +57,7 @@ class Observation final : private Watchdog::Watched {
 
   /// It was removed.
   void remember(const CallbackRecord& record) TAKT_REQUIRES(lists_.mutex);
-  /// Nothing is remembered any more.
+  /// Later calls of `remember` do nothing.
   void end() noexcept TAKT_REQUIRES(lists_.mutex) { has_ended_ = true; }
 
  private:

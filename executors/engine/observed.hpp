@@ -155,7 +155,7 @@ struct Observed {
   void begin_counting() noexcept;
   /// It no longer does.
   void end_counting() noexcept;
-  /// What it has lost so far is no execution's that is traced.
+  /// The first traced execution does not count what the entity lost before it.
   void begin_trace() noexcept { lost_before.store(entity->lost()); }
 
   /// Of what was taken.

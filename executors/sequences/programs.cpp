@@ -27,8 +27,8 @@ const std::vector<Kept>& kept_programs() {
       Kept{"TimerAfterHold", {0, 0, 0, 0, 1, 1, 0, 0, 0, 3, 0, 0, 17}},
       Kept{"DroppedAndAddedAgain", {0, 10, 0, 0, 7, 3, 0, 14, 21, 0, 10, 0, 8, 0, 9}},
       Kept{"RemovedWhileCallbacksPublish", removed_while_callbacks_publish()},
-      // The set's last result has the last pointer to a guard condition, whose callback removes
-      // another member when it goes: the set let it go under its lock, and waited for itself.
+      // The result of a wait set owns a guard condition, whose destructor removes another member of
+      // the set. The set destroyed it under its lock, and waited for itself.
       Kept{"WaitSetLetsGoWhatRemovesAnother",
            {0, 1,  0, 0, 0,  3, 0,  0, 3,  0, 0,  51, 0, 51, 1, 6,
             0, 54, 3, 1, 53, 0, 10, 0, 63, 1, 54, 1,  1, 6,  0}},

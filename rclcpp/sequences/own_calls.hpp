@@ -18,7 +18,7 @@ using NextByte = std::function<std::uint8_t()>;
 const char* shut_down(const NextByte& next);
 /// A callback removes its node, moves it or throws, under each spin of one node.
 const char* spin_a_node(const Context::SharedPtr& context, const NextByte& next);
-/// Requests are pruned by their time.
+/// Drops requests of a client that are older than a time.
 const char* prune_requests(const Context::SharedPtr& context, const NextByte& next);
 /// A wait set changes while a thread waits.
 const char* change_a_wait_set(const Context::SharedPtr& context, const NextByte& next);

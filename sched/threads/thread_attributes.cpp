@@ -118,8 +118,19 @@ int set_affinity(const std::vector<int>& affinity) {
   return sched_setaffinity(0, sizeof set, &set) == 0 ? 0 : errno;
 }
 
+// Takes a further limit, under `runtime` and `period`; -1: there is none.
+void limit(RealtimeGrant& grant, double runtime_us, double period_us) {
+  if (runtime_us < 0 || period_us <= 0 || runtime_us >= period_us) return;
+  const auto nanoseconds = [](double us) { return Nanoseconds(std::llround(1e3 * us)); };
+  const double share = std::min(grant.share(), runtime_us / period_us);
+  const Nanoseconds period =
+      std::max(grant.is_limited() ? grant.period : Nanoseconds::zero(), nanoseconds(period_us));
+  grant = {.runtime = nanoseconds(share * static_cast<double>(period.count()) / 1e3),
+           .period = period};
+}
+
 // Of the control group of this process, which has a share of its own under cgroup v1 only.
-double realtime_share_of_group() {
+void limit_by_group(RealtimeGrant& grant) {
   std::ifstream groups("/proc/self/cgroup");
   for (std::string line; std::getline(groups, line);) {  // "4:cpu,cpuacct:/robot"
     const std::size_t names = line.find(':'), path = line.find(':', names + 1);
@@ -127,29 +138,29 @@ double realtime_share_of_group() {
     const std::string controllers = line.substr(names, path - names) + ",";
     if (controllers.find(":cpu,") == line.npos && controllers.find(",cpu,") == line.npos) continue;
     const std::string own = line.substr(path + 1);
-    double share = 1;
     for (const std::string& group : {own, std::string("/")}) {  // in a container: its root
       double runtime_us = -1, period_us = 1;
       std::ifstream(fmt::format("/sys/fs/cgroup/cpu{}/cpu.rt_runtime_us", group)) >> runtime_us;
       std::ifstream(fmt::format("/sys/fs/cgroup/cpu{}/cpu.rt_period_us", group)) >> period_us;
-      if (runtime_us >= 0 && period_us > 0) share = std::min(share, runtime_us / period_us);
+      limit(grant, runtime_us, period_us);
     }
-    return share;
+    return;
   }
-  return 1;
 }
 
-// The share of a CPU that the kernel leaves to real-time threads.
-double realtime_share() {
+// Of all real-time threads, without control groups.
+RealtimeGrant grant_of_kernel() {
   double runtime_us = -1, period_us = 1;
-  const bool is_known = std::ifstream("/proc/sys/kernel/sched_rt_runtime_us") >> runtime_us &&
-                        std::ifstream("/proc/sys/kernel/sched_rt_period_us") >> period_us;
-  return is_known && runtime_us >= 0 ? runtime_us / period_us : 1;
+  std::ifstream("/proc/sys/kernel/sched_rt_runtime_us") >> runtime_us;
+  std::ifstream("/proc/sys/kernel/sched_rt_period_us") >> period_us;
+  RealtimeGrant result;
+  limit(result, runtime_us, period_us);
+  return result;
 }
 
 // How many CPUs the kernel lets SCHED_DEADLINE reserve.
 double cpus_to_reserve() {
-  return static_cast<double>(available_cpus().size()) * realtime_share();
+  return static_cast<double>(available_cpus().size()) * grant_of_kernel().share();
 }
 
 std::string why_not_reserved(int error_number) {
@@ -310,10 +321,23 @@ void check_admission(std::span<const ThreadAttributes> threads, double most_cpus
       "shorten runtimes, lengthen periods, or raise kernel.sched_rt_runtime_us");
 }
 
-Nanoseconds throttled_realtime() {
-  const double share = std::min(realtime_share(), realtime_share_of_group());
-  const Nanoseconds by_sysctl = std::chrono::microseconds(std::llround(1e6 * (1 - share)));
-  return std::max(by_sysctl, fair_server());
+std::string to_string(const RealtimeGrant& grant) {
+  const std::string period =
+      grant.period == std::chrono::seconds(1) ? "second" : to_string(grant.period);
+  return fmt::format("{} of each {}", to_string(grant.runtime), period);
+}
+
+RealtimeGrant realtime_grant() {
+  RealtimeGrant result = grant_of_kernel();
+  limit_by_group(result);
+  limit(result, 1e6 - std::chrono::duration<double, std::micro>(fair_server()).count(), 1e6);
+  return result;
+}
+
+Nanoseconds turn_of_round_robin() {
+  std::int64_t length_ms = 100;
+  std::ifstream("/proc/sys/kernel/sched_rr_timeslice_ms") >> length_ms;
+  return std::chrono::milliseconds(length_ms);
 }
 
 // Each CPU has one, with 50 ms of each second unless somebody has changed that.

@@ -74,9 +74,23 @@ void check_admission(std::span<const ThreadAttributes> threads);
 /// The same, where so much may be reserved, in CPUs.
 void check_admission(std::span<const ThreadAttributes> threads, double most_cpus);
 
-/// How long Linux may keep the SCHED_FIFO and SCHED_RR threads of a CPU from it in each second, for
-/// other threads: by `sched_rt_runtime_us`, or by its fair server.
-Nanoseconds throttled_realtime();
+/// What Linux grants to the SCHED_FIFO and SCHED_RR threads of a CPU: so much of each period.
+struct RealtimeGrant {
+  Nanoseconds runtime = std::chrono::seconds(1), period = std::chrono::seconds(1);
+
+  friend bool operator==(const RealtimeGrant&, const RealtimeGrant&) = default;
+  bool is_limited() const noexcept { return runtime < period; }
+  double share() const noexcept {
+    return static_cast<double>(runtime.count()) / static_cast<double>(period.count());
+  }
+};
+/// By `sched_rt_runtime_us`, the control group, and the fair server of newer kernels. Of several
+/// limits the least share counts, and the longest period.
+RealtimeGrant realtime_grant();
+/// "950 ms of each second"
+std::string to_string(const RealtimeGrant& grant);
+/// How long a thread of SCHED_RR runs before others of its priority: `sched_rr_timeslice_ms`.
+Nanoseconds turn_of_round_robin();
 /// What the fair server of newer kernels (6.12) may take of each second of a CPU, for threads that
 /// have no real-time policy and waited, before those that have one, SCHED_DEADLINE too. 0: there is
 /// none.

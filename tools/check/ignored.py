@@ -23,7 +23,7 @@ OTHERS = {"QoS", "publisher options", "trigger options", "thread attributes", "c
 UNTRIED = {"dds: security", "a wait back end: library", "the file: wait_backends"}
 # Compared by the command, before there is a model.
 OF_COMMAND = {"a measured model: file", "a measured model: machine", "a measured model: executors",
-              "a measured model: components"}
+              "a measured model: components", "a measured model: settings"}
 FIXED = ["the file: accept", "the file: realtime", "memory: lock", "a thread: policy", "a thread: priority", "dds: discovery",
          "a topic: reliability", "a topic: lifespan", "a topic: delay", "an executor: let", "an executor: early_wake",
          "a callback: execution", "a callback: waits", "a callback: overrun", "a component: remap", "the lifecycle: bring_up",

@@ -95,10 +95,9 @@ void try_to_make(const std::string& type, const ExecutorOptions& options) {
 void check_reservations(const std::vector<ThreadAttributes>& threads,
                         const MachineDescription& machine) {
   if (machine.cpus.empty()) return check_admission(threads);
-  const Nanoseconds second = std::chrono::seconds(1);
-  const std::chrono::duration<double> granted =
-      machine.rt_runtime ? *machine.rt_runtime : second - throttled_realtime();
-  check_admission(threads, static_cast<double>(machine.cpus.size()) * granted.count());
+  const RealtimeGrant granted =
+      machine.rt_runtime ? RealtimeGrant{.runtime = *machine.rt_runtime} : realtime_grant();
+  check_admission(threads, static_cast<double>(machine.cpus.size()) * granted.share());
 }
 
 }  // namespace
@@ -292,13 +291,13 @@ void ExecutorReader::check_spinning_threads() {
     if (!names.contains(name)) others.push_back(thread.attributes);
   }
   check_spin_always(spinning, others);
-  const Nanoseconds lost = throttled_realtime();
+  const RealtimeGrant granted = realtime_grant();
   for (const ThreadAttributes& thread : spinning) {
-    if (lost == Nanoseconds::zero() || !is_realtime(thread.policy)) continue;
-    system_.notes.push_back(fmt::format(
-        "thread '{}' never sleeps (`spin: always`) and has {}: Linux may stop it for {} "
-        "of each second, by kernel.sched_rt_runtime_us or its fair server",
-        thread.name, to_string(thread.policy), to_string(lost)));
+    if (!granted.is_limited() || !is_realtime(thread.policy)) continue;
+    system_.notes.push_back(
+        fmt::format("thread '{}' never sleeps (`spin: always`) and has {}: Linux grants it {}, "
+                    "by kernel.sched_rt_runtime_us or its fair server",
+                    thread.name, to_string(thread.policy), to_string(granted)));
   }
 }
 

@@ -29,7 +29,8 @@ node_interfaces::NodeBaseInterface& base_of(N&& node) {
     return *dereferenced(node).get_node_base_interface();
   }
 }
-/// Of a node, or of its parameters. Of another interface: nothing can be overridden.
+/// The parameters that override QoS: of a node, or of its interface of parameters. Another
+/// interface of a node has none, so nothing is overridden.
 template <class N>
 QosParameters qos_parameters_of(N&& node) {
   using Parameters = node_interfaces::NodeParametersInterface;

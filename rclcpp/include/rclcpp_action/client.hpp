@@ -257,8 +257,8 @@ class Client : public ClientBase {
     return future;
   }
 
-  // Limit: messages of feedback that lie in cells. At it: further ones come from the heap. Seen:
-  // `takt run --allocations`.
+  // Limit: messages of feedback that a client has set memory aside for. At it: further ones come
+  // from the heap. Seen: `takt run --allocations`.
   static constexpr std::size_t kMostInCells = 16;
   const std::shared_ptr<const takt::Cells> cells_ =
       std::make_shared<takt::Cells>(kMostInCells, sizeof(typename A::Feedback) + 64);

@@ -12,7 +12,7 @@
 
 namespace rclcpp_lifecycle {
 
-/// What a node's on_activate and on_deactivate reach.
+/// Entities that a lifecycle node activates and deactivates with itself.
 class ManagedEntityInterface {
  public:
   virtual ~ManagedEntityInterface() = default;

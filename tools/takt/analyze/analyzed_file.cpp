@@ -108,6 +108,16 @@ std::string why_it_is_from_elsewhere(const MeasuredModel& model, const AnalyzedF
     differences.push_back(
         fmt::format("it is of '{}', and this is '{}'", lasting(model.machine), here));
   }
+  const auto settings = measured_settings(file.system);
+  const auto add_others = [&](const auto& some, const auto& others, const char* when) {
+    for (const auto& [key, value] : some) {
+      const auto other = others.find(key);
+      if (other != others.end() && other->second == value) continue;
+      differences.push_back(fmt::format("`{}: {}` was {}", key, value, when));
+    }
+  };
+  add_others(settings, model.settings, "not set in the measured run");
+  add_others(model.settings, settings, "set in the measured run");
   if (file.program != nullptr) return fmt::format("{}", fmt::join(differences, "; "));
   if (model.components.empty()) {
     differences.emplace_back("the model does not say of which builds");
@@ -121,9 +131,12 @@ std::string why_it_is_from_elsewhere(const MeasuredModel& model, const AnalyzedF
     const auto seen =
         std::find_if(model.components.begin(), model.components.end(),
                      [&](const MeasuredComponent& other) { return other.node == component.node; });
-    if (seen != model.components.end() && seen->digest == component.digest) continue;
-    differences.push_back(
-        fmt::format("'{}' had another library, class, log level or parameters", component.node));
+    if (seen == model.components.end()) {
+      differences.push_back(fmt::format("'{}' was not in the measured run", component.node));
+    } else if (seen->digest != component.digest) {
+      differences.push_back(
+          fmt::format("'{}' had another library, class, log level or parameters", component.node));
+    }
   }
   return fmt::format("{}", fmt::join(differences, "; "));
 }
@@ -271,10 +284,12 @@ AnalyzedFile analyze_system(SystemDescription system, const AnalyzeOptions& opti
   file.bounds = analyze(file.model);
   file.analysis_time = std::chrono::steady_clock::now() - begin;
   const Modes modes(file.system.modes);
+  auto measured = file.measured;
+  if (measured) measured->chains.clear();  // it was in no mode
   for (std::size_t mode = 1; mode < modes.all().size(); ++mode) {
     const ModelledProcess in_mode = modes.modelled(mode, file.processes.front());
     SystemModel model = make_system_model(file.system, file.chains, {&in_mode, 1},
-                                          file.measured ? &*file.measured : nullptr, file.machine);
+                                          measured ? &*measured : nullptr, file.machine);
     ModelBounds bounds = analyze(model);
     file.modes.push_back({modes.all()[mode].name, std::move(model), std::move(bounds)});
   }

@@ -38,12 +38,13 @@ SimulatedFile simulated_file(const SystemDescription& system, const AnalyzeOptio
 std::string why_machines_differ(const SystemDescription& system, const AnalyzeOptions& options) {
   if (options.measures_overheads)
     return "the overheads are those of this machine; write them to `machine: overheads`";
-  const Nanoseconds here = std::chrono::seconds(1) - throttled_realtime();
-  if (system.machine.rt_runtime || here == Simulation::kUsualRtRuntime) return {};
+  const RealtimeGrant here = realtime_grant();
+  if (system.machine.rt_runtime || here == RealtimeGrant{.runtime = Simulation::kUsualRtRuntime})
+    return {};
   return fmt::format(
-      "Linux grants {:g} ms of each second to real-time threads here; write that to `machine: "
+      "Linux grants {} to real-time threads here; write that to `machine: "
       "{{rt_runtime: …}}`",
-      static_cast<double>(here.count()) / 1e6);
+      to_string(here));
 }
 
 /// The longest instance of the chain that came closest to its deadline, as report.py draws it.

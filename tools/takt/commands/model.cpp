@@ -1,6 +1,5 @@
 // takt model: from traces to a model of execution times and arrivals.
 // SPDX-License-Identifier: Apache-2.0
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -53,23 +52,18 @@ void check_runs(const std::vector<Trace>& traces, const std::vector<std::string>
   }
 }
 
-/// What the components of the measured system are, unless one may have changed since: a library
-/// that is newer than the trace.
-std::vector<MeasuredComponent> components_then(const std::string& file, const std::string& trace) {
-  std::error_code failed;
-  if (!std::filesystem::exists(file, failed)) return {};  // of a program, or moved
-  SystemDescription system;
-  try {
-    system = read_system(file);
-  } catch (const Error&) {
-    return {};
+/// Of what the system consisted, and how it was set, as each run itself has found.
+void check_systems(const std::vector<Trace>& traces, const std::vector<std::string>& paths) {
+  for (std::size_t i = 1; i < traces.size(); ++i) {
+    for (const char* const key : {"components", "settings"}) {
+      const auto of = [key](const Trace& trace) {
+        return trace.about.value(key, nlohmann::json::object());
+      };
+      if (of(traces[i]) == of(traces.front())) continue;
+      throw Error(fmt::format("this trace is of other {} than '{}'", key, paths.front()),
+                  "trace both with the same build and file", paths[i]);
+    }
   }
-  const auto recorded = std::filesystem::last_write_time(trace, failed);
-  for (const ComponentDescription& component : system.components) {
-    const auto built = std::filesystem::last_write_time(component.library, failed);
-    if (!failed && built > recorded) return {};
-  }
-  return components_of(system);
 }
 
 void run(const Options& options) {
@@ -77,9 +71,9 @@ void run(const Options& options) {
   for (const std::string& path : options.traces) traces.push_back(read_trace(path));
   check_files(traces, options.traces);
   check_runs(traces, options.traces);
+  check_systems(traces, options.traces);
   MeasuredModel model = extract_model(traces);
   model.margin = options.margin;
-  if (!traces.empty()) model.components = components_then(model.file, options.traces.front());
   if (!options.model.empty()) write_measured_model(model, options.model);
   if (!options.json.empty()) write_json(model_json(model), options.json);
   if (options.json == "-") return;

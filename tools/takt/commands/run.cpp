@@ -22,6 +22,7 @@
 #include "catalogue/catalogue.hpp"
 #include "commands.hpp"
 #include "exit_status.hpp"
+#include "model/extraction.hpp"
 #include "outputs.hpp"
 #include "prompt/values.hpp"
 #include "run/child.hpp"
@@ -148,6 +149,14 @@ std::vector<SystemDescription> processes(const Options& options) {
                             result.size()),
                 "use auto, dds or shm, or --composition single");
   }
+  return result;
+}
+
+/// Before the run: nobody builds anything anew until then.
+nlohmann::json what_is_measured(const Options& options) {
+  if (options.file.empty()) return nlohmann::json::object();
+  nlohmann::json result = measured_with(read_system_as(options.file, options.as));
+  if (options.transport != "auto") result["settings"]["--transport"] = options.transport;
   return result;
 }
 
@@ -291,7 +300,11 @@ void run(const Options& options) {
   const std::vector<SystemDescription> system = processes(options);
   check_watching(system, options);
   std::optional<TraceRecorder> recorder;
-  if (!options.trace.empty()) recorder.emplace(options.trace_clock);
+  nlohmann::json measured;
+  if (!options.trace.empty()) {
+    measured = what_is_measured(options);
+    recorder.emplace(options.trace_clock);
+  }
   auto [run, failed, signal] = run_system(system, options);
   run.file = options.name.empty() ? with_program(options.file) : "--name " + options.name;
   name_executor(run, options.as, options.executor, options.placement);
@@ -305,13 +318,12 @@ void run(const Options& options) {
   }
   if (!options.trace.empty()) {
     if (!run.trace) run.trace.emplace();
-    write_trace(make_trace(
-                    run, system.size() > 1,
-                    [&](const rt::Run::Traced& thread) {
-                      return is_held_or_awake(system, thread, options);
-                    },
-                    recorder->end()),
-                options.trace);
+    Trace trace = make_trace(
+        run, system.size() > 1,
+        [&](const rt::Run::Traced& thread) { return is_held_or_awake(system, thread, options); },
+        recorder->end());
+    trace.about.update(measured);
+    write_trace(trace, options.trace);
   }
   run.trace.reset();
   // Write the file first: a closed stdout must not lose it.

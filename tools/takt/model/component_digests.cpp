@@ -74,4 +74,11 @@ std::vector<MeasuredComponent> components_of(const SystemDescription& system) {
   return result;
 }
 
+nlohmann::json measured_with(const SystemDescription& system) {
+  nlohmann::json components = nlohmann::json::object();
+  for (const MeasuredComponent& component : components_of(system))
+    components[component.node] = component.digest;
+  return {{"components", std::move(components)}, {"settings", measured_settings(system)}};
+}
+
 }  // namespace takt::tools

@@ -319,6 +319,11 @@ MeasuredModel extract_model(std::span<const Trace> traces) {
   if (!traces.empty()) {
     model.file = traces.front().about.at("file");
     model.machine = traces.front().about.at("machine");
+    using Texts = std::map<std::string, std::string>;
+    model.settings = traces.front().about.value("settings", Texts());
+    const auto components = traces.front().about.value("components", Texts());
+    for (const auto& [node, digest] : components)
+      model.components.push_back({.node = node, .digest = digest});
     for (const auto& [name, of] : traces.front().about.at("executors").items()) {
       MeasuredExecutor& executor = model.executors.emplace_back(
           MeasuredExecutor{.name = name, .type = of.at("type"), .scheduler = of.at("scheduler")});

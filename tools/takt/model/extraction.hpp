@@ -26,6 +26,9 @@ std::string library_of(const ComponentDescription& component);
 /// What each component of a system is now: its class, its library, its parameters.
 std::vector<MeasuredComponent> components_of(const SystemDescription& system);
 
+/// What a trace says of the system that it is of, besides what has run: components, and settings.
+nlohmann::json measured_with(const SystemDescription& system);
+
 /// Writes what read_measured_model reads. Throws Error if the file cannot be written.
 void write_measured_model(const MeasuredModel& model, const std::string& path);
 

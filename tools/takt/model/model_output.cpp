@@ -102,6 +102,7 @@ ordered_json document(const MeasuredModel& model) {
   for (const MeasuredComponent& component : model.components) {
     result["components"][component.node] = component.digest;
   }
+  for (const auto& [key, value] : model.settings) result["settings"][key] = value;
   for (const MeasuredChain& chain : model.chains) result["chains"][chain.name] = document(chain);
   result["callbacks"] = ordered_json::object();
   for (const MeasuredCallback& callback : model.callbacks) {

@@ -126,6 +126,8 @@ void check_about(const json& about) {
   }
   about.at("callbacks").get<std::vector<std::string>>();
   about.at("modes").get<std::vector<std::string>>();
+  for (const char* key : {"components", "settings"})  // of `takt run` only
+    about.value(key, json::object()).get<std::map<std::string, std::string>>();
   for (const json& chain : about.at("chains")) {
     chain.at("name").get<std::string>();
     const json& latency = chain.at("latency_us");

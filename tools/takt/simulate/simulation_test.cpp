@@ -79,7 +79,7 @@ std::string random_mode(const AnalyzedFile& file, std::uint64_t seed) {
 TEST(Simulation, NothingTakesLongerThanItsBoundInAMode) {
   std::size_t chains = 0, without_instances = 0;
   for (std::uint64_t seed = 1; seed <= testing::random_systems(60); ++seed) {
-    std::string text = random_file(seed, "0us");
+    std::string text = random_file(seed);
     {
       const auto system = ConfigurationFile("system.yaml", text).read();
       text = random_mode(analyze_system(system, {.is_for_here = false}), seed) + text;

@@ -238,6 +238,14 @@ with tempfile.TemporaryDirectory() as folder:
         changed = file.read().replace("work_us: [500]", "work_us: [501]")
     changed = write("changed.yaml", changed)
     check("a model of other components", "model_from_elsewhere" in missing(changed, "--model", model))
+    # The run says what it was of: the file may be another one when its trace is read.
+    with open(robot, encoding="utf-8") as file:
+        kept = file.read()
+    write("robot.yaml", kept + "cpu_dma_latency_us: 5\n")
+    run(trace, "-o", os.path.join(folder, "late.model.yaml"), command="model")
+    texts = " ".join(json.loads(run(robot, "--model", os.path.join(folder, "late.model.yaml"), "--json", "-")[1])["assumptions"])
+    check("a model of other settings", "though `cpu_dma_latency_us: 5` was not set in the measured run" in texts, texts)
+    write("robot.yaml", kept)
     status, output, errors = run(robot, command="model")
     check("a file that is no trace", status == 2 and "this is not a trace of this version of Takt" in errors, output, errors)
     status, output, errors = run(trace, "-o", os.path.join(folder, "none", "x.yaml"), command="model")

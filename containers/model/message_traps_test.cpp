@@ -1,0 +1,220 @@
+// What messages cost beside callbacks, and in which runs that was measured.
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/containers/model/bound_of_test.hpp"
+
+namespace takt::test {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::ThrowsMessage;
+
+// What is sent at the end of a period leaves one after the other, and the last message is late.
+TEST(MessageTraps, SendingAtTheEndOfAPeriodTakesTime) {
+  const auto found = [](const std::string& publish, const std::string& more = {}) {
+    return analyzed(R"(
+threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}, b: {policy: SCHED_FIFO, priority: 60, affinity: [1]}}
+machine: {cpus: [0, 1], overheads: {publish: )" +
+                    publish + R"(}}
+executors: {a: {type: triggered, let: 50ms, threads: [a]}, b: {type: events, threads: [b]}}
+container:
+  components:
+    - {component: takt::Workload, name: x, executor: a, parameters: {publishers: {topic: [x], period_us: [50000], work_us: [100], size_bytes: [8000000]}}}
+    - {component: takt::Workload, name: s, executor: a, parameters: {publishers: {topic: [s], period_us: [50000], work_us: [100]}})" +
+                    more + R"(}
+    - {component: takt::Workload, name: r, executor: b, parameters: {subscriptions: {topic: [x, s], work_us: [100, 100]}}}
+chains: [{name: c, path: [s/s_timer, r/s]}]
+)");
+  };
+  const Nanoseconds without = found("{message: 0us, megabyte: 0us}").bound().bound.value();
+  const Nanoseconds with = found("{message: 1us, megabyte: 1ms}").bound().bound.value();
+  EXPECT_GE(with, without + 8ms);
+  EXPECT_LE(with, without + 9ms);
+  EXPECT_THAT(
+      found("1us", ", callbacks: {s_timer: {execution: 1ms}}").text_of("overheads_are_zero"),
+      HasSubstr("sending at the end of a period"));
+}
+
+// In one process a message of 4 MB is a pointer: what was measured so was used for two.
+TEST(MessageTraps, AModelOfOneProcessIsNotOneOfTwo) {
+  const auto text = [](const std::string& of_sender, const std::string& of_receiver) {
+    MeasuredModel measured{.path = "m.yaml", .duration = 10s};
+    measured.executors = {{of_sender + "a", "events", "fifo", {"/x/x_timer"}},
+                          {of_receiver + "b", "events", "fifo", {"/y/x"}}};
+    for (const char* name : {"/x/x_timer", "/y/x"}) {
+      measured.callbacks.push_back(
+          {.name = name, .executions = 9, .longest_execution = 1ms, .least_distances = {10ms}});
+    }
+    return analyzed(two_processes("topics: {/x: {delay: {max: 1ms}}}\n"), &measured)
+        .text_of("model_from_elsewhere");
+  };
+  EXPECT_THAT(text("", ""), HasSubstr("'/x/x_timer', '/y/x' takes as long to send to other"));
+  EXPECT_THAT(text("p/", "p/"), HasSubstr("'/x/x_timer', '/y/x' takes"));
+  EXPECT_EQ(text("p1/", "p2/"), "");
+}
+
+// The last receiver of a message destroys it; on other threads that is another one.
+TEST(MessageTraps, TheLastReceiverOfAMessageDestroysIt) {
+  const auto found = [](const std::string& first, const std::string& second) {
+    MeasuredModel measured{.path = "m.yaml", .duration = 10s};
+    measured.executors = {{first, "events", "fifo", {"/x/tick", "/y/t"}},
+                          {second, "events", "fifo", {"/z/t"}}};
+    for (const char* name : {"/x/tick", "/y/t", "/z/t"}) {
+      measured.callbacks.push_back(
+          {.name = name, .executions = 9, .longest_execution = 1ms, .least_distances = {10ms}});
+    }
+    return analyzed(R"(
+threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}, b: {policy: SCHED_FIFO, priority: 60, affinity: [1]}}
+machine: {cpus: [0, 1]}
+executors: {a: {type: events, threads: [a]}, b: {type: events, threads: [b]}}
+container:
+  components:
+    - {component: tricky::CodeSender, name: x, executor: a}
+    - {component: tricky::CodeReceiver, name: y, executor: a}
+    - {component: tricky::CodeReceiver, name: z, executor: b}
+chains: [{name: c, path: [x/tick, y/t]}]
+)",
+                    &measured);
+  };
+  const auto text = HasSubstr("'/y/t' destroys or copies no more");
+  EXPECT_THAT(found("a", "b").text_of("as_measured"), text);
+  EXPECT_EQ(found("a", "b").text_of("model_from_elsewhere"), "");
+  EXPECT_THAT(found("b", "a").text_of("model_from_elsewhere"), text);
+}
+
+// A message of another program is decoded before its callback, which no component says.
+TEST(MessageTraps, AMessageFromOutsideIsTaken) {
+  const auto found = [](const char* publish, const char* dds = "{}") {
+    return analyzed(fmt::format(R"(
+dds: {}
+threads: {{a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}}}
+machine: {{cpus: [0], overheads: {{publish: {{message: {}, megabyte: 300us}}}}}}
+executors: {{a: {{type: events, threads: [a]}}}}
+container:
+  components:
+    - {{component: takt::Workload, name: k, executor: a, parameters: {{subscriptions: {{topic: [x], work_us: [10]}}}}, callbacks: {{x: {{arrival: {{period: 20ms}}}}}}}}
+chains: [{{name: c, path: [k/x]}}]
+)",
+                                dds, publish));
+  };
+  EXPECT_THAT(found("60us").text_of("overheads_are_zero"), HasSubstr("more than a small message"));
+  EXPECT_EQ(found("60us").bound().bound.value() - found("10us").bound().bound.value(), 50us);
+  EXPECT_THAT(found("60us").text_of("no_other_publishers"),
+              HasSubstr("nothing comes to '/k/x' from outside of the file but what its `arrival`"));
+  EXPECT_EQ(found("60us", "{discovery: 'off'}").text_of("no_other_publishers"), "");
+}
+
+// A delay that was promised to be no shorter was not among what is promised.
+TEST(MessageTraps, TheLeastDelayIsAPromise) {
+  const auto text = [](const char* delay) {
+    return analyzed(two_processes(fmt::format("topics: {{/x: {{delay: {{{}}}}}}}\n", delay)))
+        .text_of("as_declared");
+  };
+  EXPECT_THAT(text("min: 1ms, max: 2ms"), HasSubstr("than its `delay` says, or less"));
+}
+
+// Whatever sends to a topic from outside reaches all of its subscriptions, also the one that states
+// nothing.
+TEST(MessageTraps, AllSubscriptionsOfATopicGetWhatComesFromOutside) {
+  const auto found = [](const char* arrival, const char* lifespan = "") {
+    return analyzed(fmt::format(R"(
+topics: {{/x: {{depth: 10{}}}}}
+threads: {{a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}, b: {{policy: SCHED_FIFO, priority: 50, affinity: [0]}}}}
+machine: {{cpus: [0]}}
+executors: {{a: {{type: events, threads: [a]}}, b: {{type: events, threads: [b]}}}}
+container:
+  components:
+    - {{component: takt::Workload, name: k, executor: a, parameters: {{subscriptions: {{topic: [x], work_us: [1000]}}}}, callbacks: {{x: {{arrival: {{period: 10ms}}}}}}}}
+    - {{component: takt::Workload, name: l, executor: a, parameters: {{subscriptions: {{topic: [x], work_us: [1000]}}}}{}}}
+    - {{component: takt::Workload, name: d, executor: b, parameters: {{publishers: {{topic: [d], period_us: [20000], work_us: [3000]}}}}}}
+chains: [{{name: c, path: [d/d_timer]}}, {{name: k, path: [k/x]}}]
+)",
+                                lifespan, arrival));
+  };
+  EXPECT_GE(found("").bound().bound.value(), 5ms);
+  EXPECT_EQ(found(", callbacks: {x: {arrival: {period: 10ms}}}").bound().bound,
+            found("").bound().bound);
+  EXPECT_THAT([&] { found(", callbacks: {x: {arrival: {period: 20ms}}}"); },
+              ThrowsMessage<Error>(HasSubstr("two subscriptions of '/x' have another 'arrival'")));
+  EXPECT_EQ(found("").bounds.chains.at(1).why_lossy, "");
+  EXPECT_THAT(found("", ", lifespan: 500us").bounds.chains.at(1).why_lossy,
+              HasSubstr("may take and wait longer than their lifespan"));
+}
+
+TEST(MessageTraps, AMessageMayExpireOnItsWay) {
+  const auto why = [](const char* lifespan) {
+    return analyzed(two_processes(fmt::format(
+                        "topics: {{/x: {{delay: {{max: 6ms}}, lifespan: {}}}}}\n", lifespan)))
+        .bound()
+        .why_lossy;
+  };
+  EXPECT_THAT(why("5ms"), HasSubstr("may take and wait longer than their lifespan"));
+  EXPECT_EQ(why("1s"), "");
+}
+
+// A deadline counts from when a message was sent; a bound, from when it has come.
+TEST(MessageTraps, WhatCountsFromWhenAMessageWasSentHasLessLeft) {
+  const auto found = [](const char* delay, const char* scheduler) {
+    return analyzed(fmt::format(R"(
+topics: {{/x: {{delay: {{max: {}}}}}}}
+threads: {{a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}, b: {{policy: SCHED_FIFO, priority: 60, affinity: [1]}}}}
+machine: {{cpus: [0, 1]}}
+executors: {{a: {{type: events, threads: [a]}}, b: {{type: events, scheduler: {}, threads: [b]}}}}
+containers:
+  - name: p
+    components:
+      - {{component: takt::Workload, name: s, executor: a, parameters: {{publishers: {{topic: [x], period_us: [50000], work_us: [100]}}}}}}
+  - name: q
+    components:
+      - {{component: takt::Workload, name: l, executor: b, parameters: {{subscriptions: {{topic: [x], work_us: [1000]}}}}, callbacks: {{x: {{deadline: 10ms, overrun: abort}}}}}}
+      - {{component: takt::Workload, name: m, executor: b, parameters: {{publishers: {{topic: [m], period_us: [20000], work_us: [3000]}}}}, callbacks: {{m_timer: {{deadline: 4ms}}}}}}
+      - {{component: takt::Workload, name: v, executor: b, parameters: {{publishers: {{topic: [v], period_us: [50000], work_us: [2000]}}}}, callbacks: {{v_timer: {{deadline: 30ms}}}}}}
+chains: [{{name: c, path: [m/m_timer]}}, {{name: x, path: [s/x_timer, l/x]}}]
+)",
+                                delay, scheduler));
+  };
+  EXPECT_EQ(found("1ms", "fifo").bounds.chains.at(1).why_lossy, "");
+  EXPECT_THAT(found("9ms", "fifo").bounds.chains.at(1).why_lossy,
+              HasSubstr("then ends the instance"));
+  // Due at the latest after 10 ms, but it may be late by so much that it is more urgent than `m`.
+  EXPECT_LT(found("0us", "edf").bound().bound.value(), 6ms);
+  EXPECT_GE(found("9ms", "edf").bound().bound.value(), 6ms);
+}
+
+// On one thread nobody has to wait for a lock.
+TEST(MessageTraps, CallbacksOfOtherThreadsMayHoldALock) {
+  MeasuredModel measured{.path = "m.yaml", .duration = 10s};
+  measured.executors = {{"a", "events", "fifo", {"/x/tick", "/y/t", "/z/t"}}};
+  for (const char* name : {"/x/tick", "/y/t", "/z/t"}) {
+    measured.callbacks.push_back(
+        {.name = name, .executions = 9, .longest_execution = 1ms, .least_distances = {10ms}});
+  }
+  const auto text = [&](const char* other) {
+    return analyzed(fmt::format(R"(
+threads: {{a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}, b: {{policy: SCHED_FIFO, priority: 60, affinity: [1]}}}}
+machine: {{cpus: [0, 1]}}
+executors: {{a: {{type: events, threads: [a]}}, b: {{type: events, threads: [b]}}}}
+container:
+  components:
+    - {{component: tricky::CodeSender, name: x, executor: a}}
+    - {{component: tricky::CodeReceiver, name: y, executor: a}}
+    - {{component: tricky::CodeReceiver, name: z, executor: {}}}
+chains: [{{name: c, path: [x/tick, y/t]}}]
+)",
+                                other),
+                    &measured)
+        .text_of("as_measured");
+  };
+  EXPECT_THAT(text("b"), HasSubstr("'/y/t' waits for no lock of callbacks that are on other"));
+  EXPECT_THAT(text("a"), Not(HasSubstr("waits for no lock")));
+}
+
+}  // namespace
+}  // namespace takt::test

@@ -1,0 +1,208 @@
+// What a model takes for granted of the run that was measured.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "takt/containers/component.hpp"
+#include "takt/containers/model/model_builder.hpp"
+
+namespace takt {
+
+using State = Assumption::State;
+
+void MeasuredRun::find_executors_then() {
+  static const MeasuredExecutor kUnknown;
+  std::map<std::string_view, const MeasuredExecutor*> known;
+  for (const MeasuredExecutor& executor : measured_->executors) {
+    for (const std::string& callback : executor.callbacks) known.emplace(callback, &executor);
+  }
+  for (const analysis::Callback& callback : model_.system.callbacks) {
+    const auto found = known.find(callback.name);
+    then_.push_back(found != known.end() ? found->second : &kUnknown);
+  }
+}
+
+// Callbacks of one executor of one thread never wait for each other's locks.
+void MeasuredRun::add_new_neighbours() {
+  std::map<std::string_view, std::set<std::size_t>> now;  // by the executor then
+  for (std::size_t i = 0; i < callbacks_.size(); ++i)
+    now[executor_then(i).name].insert(model_.system.callbacks[i].executor);
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    if (model_.callbacks[i].execution != Provenance::measured || executor_then(i).name.empty() ||
+        now.at(executor_then(i).name).size() == 1)
+      continue;
+    assume_of(
+        i, "as_measured",
+        "{} waits for no lock of callbacks that are on other executors than its own here, and "
+        "were on the same one in the measured run",
+        measured_source());
+  }
+}
+
+// A message of a process is destroyed by its last receiver, and one that wants its own gets it
+// without a copy only if it is the last. What is overwritten, its sender destroys. That
+// depends on the threads of the receivers.
+void MeasuredRun::add_who_destroys() {
+  std::map<std::pair<const ModelledProcess*, std::string>, std::vector<std::size_t>> topics;
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    if (callbacks_[i]->entity->kind() == EntityKind::subscription)
+      topics[{process_of(i), std::string(callbacks_[i]->entity->topic())}].push_back(i);
+  }
+  const auto has_moved = [&](std::size_t i) {
+    const std::string& then = executor_then(i).name;
+    return !then.empty() &&
+           then != model_.system.executors[model_.system.callbacks[i].executor].name;
+  };
+  const auto assume_like = [&](std::size_t i, bool has_changed, const char* text) {
+    if (model_.callbacks[i].execution != Provenance::measured) return;
+    assume_of(i, has_changed ? "model_from_elsewhere" : "as_measured", text, measured_source());
+  };
+  for (const auto& [topic, receivers] : topics) {
+    const bool have_moved = std::any_of(receivers.begin(), receivers.end(), has_moved);
+    for (const std::size_t receiver : receivers) {
+      if (receivers.size() == 1) break;
+      assume_like(receiver, have_moved,
+                  "{} destroys or copies no more of the messages that others receive, too, than in "
+                  "the measured run: the last receiver of each destroys it");
+    }
+  }
+  for (std::size_t from = 0; from < callbacks_.size(); ++from) {
+    for (const analysis::Output& output : model_.system.callbacks[from].outputs) {
+      if (process_of(output.to) != process_of(from)) continue;
+      assume_like(
+          from, has_moved(output.to),
+          "{} destroys no more of its messages, because others replace them before they are "
+          "taken, than in the measured run");
+    }
+  }
+}
+
+// What it sends reached its receivers otherwise then.
+void MeasuredRun::add_how_it_sent(std::size_t callback) {
+  const analysis::Callback& now = model_.system.callbacks[callback];
+  const MeasuredExecutor& then = executor_then(callback);
+  const bool had_period = then.type == "triggered";
+  if (had_period && !now.outputs.empty() && model_.system.executors[now.executor].let_period == 0) {
+    assume_of(callback, "model_from_elsewhere",
+              "{} takes as long to send as in the measured run, where its executor may have sent "
+              "its messages at the end of a period",
+              measured_source());
+  }
+  const bool wakes_more =
+      std::any_of(now.outputs.begin(), now.outputs.end(), [&](const analysis::Output& output) {
+        return process_of(output.to) == process_of(callback) &&
+               executor_then(output.to).name == then.name &&
+               model_.system.callbacks[output.to].executor != now.executor;
+      });
+  if (wakes_more) {
+    assume_of(
+        callback, "as_measured",
+        "{} takes as long to wake other executors as in the measured run, where its receivers "
+        "were on its own",
+        measured_source());
+  }
+}
+
+// Processes to which it sends here, or from which it reads, and which it was in itself then; or
+// more of them, each of which gets a copy.
+void MeasuredRun::add_other_processes(std::size_t callback) {
+  const auto process_then = [&](std::size_t of) {
+    const std::string name =
+        executor_then(of).name;  // "process/executor", of one process "executor"
+    return name.substr(0, name.rfind('/') + 1);
+  };
+  std::set<std::string> then;
+  std::set<const ModelledProcess*> now;
+  bool was_one = false;
+  const auto senders = senders_elsewhere(callback);
+  for (const std::size_t sender : senders)
+    was_one |= process_then(sender) == process_then(callback);
+  for (const analysis::Output& output : model_.system.callbacks[callback].outputs) {
+    if (process_of(output.to) == process_of(callback)) continue;
+    was_one |= process_then(output.to) == process_then(callback);
+    now.insert(process_of(output.to));
+    then.insert(process_then(output.to));
+  }
+  if (was_one || now.size() > then.size()) {
+    assume_of(callback, "model_from_elsewhere",
+              "{} takes as long to send to other processes, or to read from them, as in the "
+              "measured run, where they were fewer",
+              measured_source());
+  } else if (!now.empty() || !senders.empty()) {
+    assume_of(callback, "as_measured",
+              "what {} sends to other processes, or reads from them, goes the way that it went in "
+              "the measured run, by shared memory or by the network",
+              measured_source());
+  }
+}
+
+void MeasuredRun::add_what_was_measured(std::size_t callback) {
+  assume({.id = "as_measured",
+          .state = State::unchecked,
+          .text = fmt::format(
+              "no execution is longer than the longest that was measured, and {:g} %; none waits "
+              "longer or sends more messages, and no arrivals are closer than those that were "
+              "measured",
+              100 * measured_->margin),
+          .name = {},
+          .source = measured_source(),
+          .executor = model_.system.callbacks[callback].executor});
+  if (process_of(callback)->is_program) {
+    assume_of(callback, "model_from_elsewhere",
+              "the program of {} is what it was in the measured run, as it was built and with the "
+              "same arguments",
+              measured_source());
+  } else if (!says_all(callback)) {
+    assume_of(callback, "as_measured",
+              "what the library of the component of {} links, loads or reads is what it was in the "
+              "measured run",
+              measured_source());
+  }
+  add_how_it_sent(callback);
+  add_other_processes(callback);
+  if (measured_->differs.empty()) return;
+  assume({.id = "model_from_elsewhere",
+          .state = State::unchecked,
+          .text = "what was measured is true here, though " + measured_->differs,
+          .name = {},
+          .source = "nobody",
+          .executor = model_.system.callbacks[callback].executor});
+}
+
+void MeasuredRun::add_assumptions_of_model() {
+  if (measured_ != nullptr) find_executors_then();
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    const Provenance from = model_.callbacks[i].execution;
+    if (from == Provenance::promised) {
+      assume({.id = "budgets_hold",
+              .state = State::checked,
+              .text = "no execution is longer than its `budget`: overruns are counted, not "
+                      "prevented",
+              .name = {},
+              .source = "declared",
+              .executor = model_.system.callbacks[i].executor});
+    }
+    const MeasuredCallback* const seen = measured(i);
+    const bool has_run = seen != nullptr && seen->executions != 0;
+    if (from == Provenance::measured || has_run) add_what_was_measured(i);
+  }
+  if (measured_ == nullptr) return;
+  add_new_neighbours();
+  add_who_destroys();
+  if (measured_->lost_executions == 0) return;
+  assume({.id = "as_measured",
+          .state = State::unchecked,
+          .text = fmt::format(
+              "the {} executions that the trace of the model has lost were as the others",
+              measured_->lost_executions),
+          .name = {},
+          .source = measured_source(),
+          .executor = {}});
+}
+
+}  // namespace takt
