@@ -70,8 +70,7 @@ constexpr std::array kKinds{
         "reservations_end", "the kernel ends the budget of a reservation when it is used up", "",
         "",
         "let what the callbacks of each reservation need, and its `spin`, be less than its "
-        "budget: without "
-        "HRTICK_DL the kernel looks once a tick"},
+        "budget: without HRTICK_DL the kernel looks once a tick"},
     AssumptionKind{"start_is_over", "the start is over: its bursts and constructors do not count",
                    "", "", "`from: activation` in the chain"},
     AssumptionKind{"times_scale_with_speed",

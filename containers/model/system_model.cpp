@@ -438,8 +438,13 @@ void ModelBuilder::set_order(const ModelledPart& part) {
     callback.point = point ? point->count() : kUnbounded;
     // A point counts from when a message was sent, and a bound from when it has come.
     const bool is_late = point && model_.callbacks[part.callbacks[i]].longest_way.count() != 0;
-    if (is_late && executor.order == analysis::Order::by_point)
-      executor.order = analysis::Order::arbitrary;
+    if (!is_late || executor.order != analysis::Order::by_point) continue;
+    executor.order = analysis::Order::arbitrary;
+    if (executor.levels == 0 || !executor.unknown.empty()) continue;
+    executor.unknown = fmt::format(
+        "'{}' orders by a point in time that counts from when a message was sent, and those of "
+        "'{}' are on their way for a time (`delay`)",
+        part.scheduler, callback.name);
   }
 }
 

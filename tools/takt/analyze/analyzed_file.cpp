@@ -288,10 +288,10 @@ AnalyzedFile analyze_system(SystemDescription system, const AnalyzeOptions& opti
   if (measured) measured->chains.clear();  // it was in no mode
   for (std::size_t mode = 1; mode < modes.all().size(); ++mode) {
     const ModelledProcess in_mode = modes.modelled(mode, file.processes.front());
-    SystemModel model = make_system_model(file.system, file.chains, {&in_mode, 1},
-                                          measured ? &*measured : nullptr, file.machine);
-    ModelBounds bounds = analyze(model);
-    file.modes.push_back({modes.all()[mode].name, std::move(model), std::move(bounds)});
+    SystemModel modelled = make_system_model(file.system, file.chains, {&in_mode, 1},
+                                             measured ? &*measured : nullptr, file.machine);
+    ModelBounds bounds = analyze(modelled);
+    file.modes.push_back({modes.all()[mode].name, std::move(modelled), std::move(bounds)});
   }
   return file;
 }
