@@ -3,6 +3,8 @@
 
 #include <ctime>
 
+#include "takt/base/never_destroyed.hpp"
+
 namespace takt {
 namespace {
 
@@ -20,8 +22,8 @@ class SteadyClock final : public Clock {
 }  // namespace
 
 Clock& Clock::steady() noexcept {
-  static SteadyClock clock;
-  return clock;
+  static detail::NeverDestroyed<SteadyClock> clock;  // threads of a program may read it at its exit
+  return *clock;
 }
 
 Nanoseconds thread_cpu_time() noexcept {
