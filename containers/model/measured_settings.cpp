@@ -12,9 +12,9 @@ namespace {
 
 using Key = std::pair<std::string_view, std::string_view>;
 
-// Of these a measured time does not depend, or its model says it in another way: where and when
+// A measured time does not depend on these keys, or the model has them already: where and when
 // callbacks run, what is only for analysis, and what the digest of a component has. All other keys
-// count, also those that come later. Empty: all keys of such a map.
+// count, and so does each new one. An empty key stands for all of its map.
 constexpr std::array kFree{
     Key{"a callback", ""},
     Key{"a callback group", ""},

@@ -31,16 +31,15 @@ namespace {
 using namespace std::chrono_literals;
 
 /// On two CPUs of a machine that is not this one.
-std::string random_file(std::uint64_t seed, const char* context_switch = "3us") {
+std::string random_file(std::uint64_t seed) {
   const RandomOptions options{.seed = seed,
                               .executors = executors_to_draw(),
                               .schedulers = schedulers().names(),
                               .cpus = {0, 1}};
   return yaml_file(random_system(options).document) +
-         fmt::format(
-             "machine: {{cpus: 2, rt_runtime: 950ms, exclusive: true, overheads: {{dispatch: 5us, "
-             "wake: 20us, switch: {}}}}}\n",
-             context_switch);
+         "machine: {cpus: 2, rt_runtime: 950ms, exclusive: true, overheads: {dispatch: 5us, wake: "
+         "20us, "
+         "switch: 3us}}\n";
 }
 
 Scenario scenario_of(std::uint64_t seed, int run) {
@@ -74,8 +73,6 @@ std::string random_mode(const AnalyzedFile& file, std::uint64_t seed) {
   return fmt::format("modes: {{calm: {{drop: [{}], demote: [{}]}}}}\n", dropped, demoted);
 }
 
-// Without context switches: of a thread that is preempted while it wakes, bounds lack two, with
-// and without modes (seed 79: 6 us of 7 ms), which what modes leave out may not hide.
 TEST(Simulation, NothingTakesLongerThanItsBoundInAMode) {
   std::size_t chains = 0, without_instances = 0;
   for (std::uint64_t seed = 1; seed <= testing::random_systems(60); ++seed) {

@@ -244,6 +244,11 @@ with tempfile.TemporaryDirectory() as folder:
     write("robot.yaml", kept + "cpu_dma_latency_us: 5\n")
     run(trace, "-o", os.path.join(folder, "late.model.yaml"), command="model")
     texts = " ".join(json.loads(run(robot, "--model", os.path.join(folder, "late.model.yaml"), "--json", "-")[1])["assumptions"])
+    other = os.path.join(folder, "other.json")
+    run(robot, "--duration", "100ms", "--trace", other, command="run")
+    status, output, errors = run(trace, other, command="model")
+    check("traces with other settings", status == 2 and f"{other}: this trace is of other settings than '{trace}'" in errors,
+          status, errors)
     check("a model of other settings", "though `cpu_dma_latency_us: 5` was not set in the measured run" in texts, texts)
     write("robot.yaml", kept)
     status, output, errors = run(robot, command="model")
