@@ -48,14 +48,17 @@ bool ManualClock::happen(Participant& participant) noexcept {
 }
 
 // The one that runs next; nullptr: nobody before the target. At one instant, things happen to
-// participants in the order of their ranks, and at last to CPUs.
+// participants in the order of their ranks, and at last to CPUs; but first ends whatever has no
+// work left, so that nobody preempts it.
 ManualClock::Participant* ManualClock::step() noexcept {
   for (;;) {
     Participant* first = nullptr;
     TimePoint time = kNever;
     for (Participant* candidate : participants_) {
       const TimePoint event = next_event(*candidate);
-      if (event >= time) continue;
+      const bool ends = cpus_ && candidate->state_ == State::working;
+      if (event > time || event == kNever) continue;
+      if (event == time && (!ends || first->state_ == State::working)) continue;
       first = candidate;
       time = event;
     }

@@ -2,15 +2,16 @@
 # How the parts of Takt are declared. See docs/explanation/architecture.md for which may include which.
 
 # takt_module(NAME executors USES entities sched base [FOLDERS engine] SOURCES a.cpp engine/b.cpp
-#             [LIBRARIES yaml-cpp] [TESTED_IN_ONE_THREAD])
+#             [LIBRARIES yaml-cpp] [TESTED_IN_ONE_THREAD all|FOLDER...])
 #
 # A folder of the library. Its compiler sees the headers of the modules that it names, as
 # <takt/NAME/...>, and of no other, so that includes can only go downwards. Every *_test.cpp in the
 # folder, and in those of its folders that it names, belongs to the program NAME_test; every
 # *_long_test.cpp, an exhaustive search or many rounds, to NAME_long_test, which has the label `long`.
-# TESTED_IN_ONE_THREAD: see takt_test's ONE_THREAD.
+# TESTED_IN_ONE_THREAD: the tests, or those in these folders, start no other thread, so the thread sanitizer leaves
+# them out.
 function(takt_module)
-  cmake_parse_arguments(ARG "TESTED_IN_ONE_THREAD" "NAME" "USES;FOLDERS;SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "" "NAME" "USES;FOLDERS;SOURCES;LIBRARIES;TESTED_IN_ONE_THREAD" ${ARGN})
   set(folder ${CMAKE_CURRENT_SOURCE_DIR})
   set(link ${PROJECT_BINARY_DIR}/include/${ARG_NAME}/takt/${ARG_NAME})
   file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include/${ARG_NAME}/takt)
@@ -33,6 +34,9 @@ function(takt_module)
     add_dependencies(takt_${ARG_NAME} takt_ros_messages)
   endif()
   target_link_libraries(takt_${ARG_NAME} PRIVATE takt_warnings fmt::fmt ${ARG_LIBRARIES})
+  # Which lock guards what. A precise match fails where a lambda names the lock in another way than its caller.
+  target_compile_options(takt_${ARG_NAME} PRIVATE
+    $<$<COMPILE_LANG_AND_ID:CXX,Clang>:-Wthread-safety;-Werror=thread-safety;-Wno-thread-safety-precise>)
   # What runs at each dispatch: the conformance suite waits for it.
   if(ARG_NAME MATCHES "^(analysis|base|callback_groups|entities|executors|messages|sched)$")
     takt_optimise_under_sanitizers(takt_${ARG_NAME})
@@ -42,13 +46,16 @@ function(takt_module)
   target_include_directories(
     takt PUBLIC $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include/${ARG_NAME}>)
 
+  if(TAKT_SANITIZE STREQUAL "thread")
+    list(REMOVE_ITEM ARG_FOLDERS ${ARG_TESTED_IN_ONE_THREAD})
+  endif()
   list(TRANSFORM ARG_FOLDERS REPLACE ".+" "${folder}/\\0/*_test.cpp")
   file(GLOB tests CONFIGURE_DEPENDS ${folder}/*_test.cpp ${ARG_FOLDERS})
   set(long_tests ${tests})
   list(FILTER long_tests INCLUDE REGEX "_long_test[.]cpp$")
   list(FILTER tests EXCLUDE REGEX "_long_test[.]cpp$")
   if(tests)
-    if(ARG_TESTED_IN_ONE_THREAD)
+    if(ARG_TESTED_IN_ONE_THREAD STREQUAL "all")
       list(PREPEND tests ONE_THREAD)
     endif()
     takt_test(${ARG_NAME}_test ${tests})
@@ -101,6 +108,10 @@ function(takt_test name)
     takt_optimise_under_sanitizers(${name})
   elseif(NOT name MATCHES "^base_")  # which tests lock-free headers, as users compile them
     takt_optimise_little(${name} -O0)
+    if(TAKT_SANITIZE)
+      # Three fifths of the time: a report names functions, and a null pointer ends a test anyway.
+      target_compile_options(${name} PRIVATE -g0 -fno-sanitize=null,alignment,vptr)
+    endif()
   endif()
   if(ARG_ONE_THREAD AND TAKT_SANITIZE STREQUAL "thread")
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)

@@ -170,7 +170,7 @@ class Oracle {
     std::size_t first = SIZE_MAX;
     std::pair<Time, bool> first_time{kNever, true};
     const bool ends_first =
-        run_.cpus.empty() && std::any_of(parts_.begin(), parts_.end(), [](const Part& part) {
+        !run_.cpus.empty() || std::any_of(parts_.begin(), parts_.end(), [](const Part& part) {
           return part.executor->share.has_value();
         });
     for (std::size_t i = 0; i < workers_.size(); ++i) {

@@ -96,8 +96,9 @@ TEST(CodeTraps, AClassThatKnowsItsTimesMayDoMore) {
 
 // The subscription of a topic without a known publisher took no time.
 TEST(Keys, ANodeMaySendWhatNobodyKnows) {
-  EXPECT_THAT(CodeFile().analyzed().text_of("as_declared"),
-              HasSubstr("'/s', '/r' makes no publisher later, and has no other node"));
+  const std::string text = CodeFile().analyzed().text_of("as_declared");
+  EXPECT_THAT(text, HasSubstr("'/s', '/r' makes no publisher later, and has no other node"));
+  EXPECT_THAT(text, HasSubstr("'/s', '/r' starts no process"));
 }
 
 TEST(CodeTraps, AStepMaySendNothing) {
@@ -396,7 +397,9 @@ TEST(CodeTraps, NoProcessStartsAgain) {
     file.replace(file.find(name), name.size(), std::string(name) + restart);
     return analyzed(file).text_of("nothing_is_changed");
   };
-  EXPECT_THAT(text("restart: {policy: on_failure}, "), HasSubstr("no process starts again"));
+  EXPECT_THAT(text("restart: {policy: on_failure}, "),
+              HasSubstr("no process ends, or starts again"));
+  EXPECT_THAT(text(""), HasSubstr("no process ends before the others"));
   EXPECT_EQ(text("").find("starts again"), std::string::npos);
 }
 

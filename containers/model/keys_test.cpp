@@ -417,9 +417,10 @@ TEST(Keys, AContainerKnowsTheModelThatItsFileNames) {
   const auto text = [&] { return file.analyzed(&measured).text_of("nothing_is_changed"); };
   EXPECT_THAT(text(), HasSubstr("gets or unloads"));
   file.top += "\nmodel: /m.yaml";
-  EXPECT_EQ(text(),
-            "no container unloads a component of a chain, and no node gets simulated time "
-            "(`use_sim_time`)");  // what it loads, it looks at
+  EXPECT_EQ(
+      text(),
+      "no container unloads a component of a chain, or one that sends to a join of it, and no "
+      "node gets simulated time (`use_sim_time`)");  // what it loads, it looks at
 }
 
 /// Of a program that has made its node itself.

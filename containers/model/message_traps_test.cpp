@@ -90,6 +90,67 @@ chains: [{name: c, path: [x/tick, y/t]}]
   EXPECT_THAT(found("b", "a").text_of("model_from_elsewhere"), text);
 }
 
+// A receiver that is not there any more, or gets something else, may have destroyed it.
+TEST(MessageTraps, AReceiverThatIsGoneDestroysNothing) {
+  MeasuredModel measured{.path = "m.yaml", .duration = 10s};
+  measured.executors = {{"a", "events", "fifo", {"/x/tick", "/y/t"}}};
+  for (const char* name : {"/x/tick", "/y/t"}) {
+    measured.callbacks.push_back(
+        {.name = name, .executions = 9, .longest_execution = 1ms, .least_distances = {10ms}});
+  }
+  const auto text = [&] {
+    return analyzed(R"(
+threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}}
+machine: {cpus: [0]}
+executors: {a: {type: events, threads: [a]}}
+container:
+  components:
+    - {component: tricky::CodeSender, name: x, executor: a}
+    - {component: tricky::CodeReceiver, name: y, executor: a}
+chains: [{name: c, path: [x/tick, y/t]}]
+)",
+                    &measured)
+        .text_of("model_from_elsewhere");
+  };
+  measured.callbacks[0].causes = {{"/y/t", 9}};
+  EXPECT_EQ(text(), "");
+  measured.callbacks[0].causes = {{"/y/t", 9}, {"/z/t", 9}};
+  EXPECT_THAT(text(), HasSubstr("'/y/t' destroys or copies no more"));
+}
+
+// A subscription that the run did not have gets as many messages as the others of its topic got;
+// and if there was none, nobody knows how many are sent.
+TEST(MessageTraps, ANewSubscriptionGetsAllThatIsSent) {
+  MeasuredModel measured{.path = "m.yaml", .duration = 10s};
+  for (const char* name : {"/x/tick", "/y/t"}) {
+    measured.callbacks.push_back(
+        {.name = name, .executions = 9, .longest_execution = 1ms, .least_distances = {10ms}});
+  }
+  const auto found = [&] {
+    return analyzed(R"(
+threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}}
+machine: {cpus: [0]}
+executors: {a: {type: events, threads: [a]}}
+container:
+  components:
+    - {component: tricky::CodeSender, name: x, executor: a}
+    - {component: tricky::CodeReceiver, name: y, executor: a}
+    - {component: tricky::CodeReceiver, name: z, executor: a, callbacks: {t: {execution: 1ms}}}
+chains: [{name: c, path: [x/tick, z/t]}]
+)",
+                    &measured);
+  };
+  const auto one = HasSubstr("each execution of '/x/tick' sends one message");
+  measured.callbacks[0].causes = {{"/y/t", 1}};
+  const auto bound = found().bound().bound;
+  EXPECT_THAT(found().text_of("as_declared"), Not(one));
+  measured.callbacks[0].causes = {{"/y/t", 3}};
+  EXPECT_GE(found().bound().bound.value(), bound.value() + 4ms);
+  measured.callbacks.pop_back();
+  measured.callbacks[0].causes.clear();
+  EXPECT_THAT(found().text_of("as_declared"), one);
+}
+
 // A message of another program is decoded before its callback, which no component says.
 TEST(MessageTraps, AMessageFromOutsideIsTaken) {
   const auto found = [](const char* publish, const char* dds = "{}") {
@@ -124,7 +185,9 @@ TEST(MessageTraps, TheLeastDelayIsAPromise) {
 // Whatever sends to a topic from outside reaches all of its subscriptions, also the one that states
 // nothing.
 TEST(MessageTraps, AllSubscriptionsOfATopicGetWhatComesFromOutside) {
-  const auto found = [](const char* arrival, const char* lifespan = "") {
+  const char* const kArrival = "callbacks: {x: {arrival: {period: 10ms}}}";
+  const auto found = [](const std::string& first, const std::string& other = {},
+                        const char* lifespan = "", const MeasuredModel* measured = nullptr) {
     return analyzed(fmt::format(R"(
 topics: {{/x: {{depth: 10{}}}}}
 threads: {{a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}, b: {{policy: SCHED_FIFO, priority: 50, affinity: [0]}}}}
@@ -132,20 +195,32 @@ machine: {{cpus: [0]}}
 executors: {{a: {{type: events, threads: [a]}}, b: {{type: events, threads: [b]}}}}
 container:
   components:
-    - {{component: takt::Workload, name: k, executor: a, parameters: {{subscriptions: {{topic: [x], work_us: [1000]}}}}, callbacks: {{x: {{arrival: {{period: 10ms}}}}}}}}
-    - {{component: takt::Workload, name: l, executor: a, parameters: {{subscriptions: {{topic: [x], work_us: [1000]}}}}{}}}
+    - {{component: takt::Workload, name: k, executor: a, parameters: {{subscriptions: {{topic: [x], work_us: [1000]}}}}, {}}}
+    - {{component: takt::Workload, name: l, executor: a, parameters: {{subscriptions: {{topic: [x], work_us: [1000]}}}}, {}}}
     - {{component: takt::Workload, name: d, executor: b, parameters: {{publishers: {{topic: [d], period_us: [20000], work_us: [3000]}}}}}}
 chains: [{{name: c, path: [d/d_timer]}}, {{name: k, path: [k/x]}}]
 )",
-                                lifespan, arrival));
+                                lifespan, first, other),
+                    measured);
   };
-  EXPECT_GE(found("").bound().bound.value(), 5ms);
-  EXPECT_EQ(found(", callbacks: {x: {arrival: {period: 10ms}}}").bound().bound,
-            found("").bound().bound);
-  EXPECT_THAT([&] { found(", callbacks: {x: {arrival: {period: 20ms}}}"); },
+  const auto bound = found(kArrival).bound().bound;
+  EXPECT_GE(bound.value(), 5ms);
+  EXPECT_EQ(found(kArrival, kArrival).bound().bound, bound);
+  // Whichever way it is known.
+  EXPECT_EQ(found("callback_groups: {default: {period: 10ms}}").bound().bound, bound);
+  const MeasuredModel measured{.path = "m.yaml",
+                               .duration = 10s,
+                               .callbacks = {{.name = "/k/x",
+                                              .executions = 9,
+                                              .longest_execution = 100us,
+                                              .least_distances = {10ms},
+                                              .uncaused = 9,
+                                              .uncaused_distances = {10ms}}}};
+  EXPECT_EQ(found("", "", "", &measured).bound().bound, bound);
+  EXPECT_THAT([&] { found(kArrival, "callbacks: {x: {arrival: {period: 20ms}}}"); },
               ThrowsMessage<Error>(HasSubstr("two subscriptions of '/x' have another 'arrival'")));
-  EXPECT_EQ(found("").bounds.chains.at(1).why_lossy, "");
-  EXPECT_THAT(found("", ", lifespan: 500us").bounds.chains.at(1).why_lossy,
+  EXPECT_EQ(found(kArrival).bounds.chains.at(1).why_lossy, "");
+  EXPECT_THAT(found(kArrival, "", ", lifespan: 500us").bounds.chains.at(1).why_lossy,
               HasSubstr("may take and wait longer than their lifespan"));
 }
 

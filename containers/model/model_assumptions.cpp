@@ -242,26 +242,31 @@ void AssumptionFinder::add_what_others_may_change() {
   const bool may_restart = std::any_of(
       description_.restarts.begin(), description_.restarts.end(),
       [](const auto& each) { return each.second.policy != RestartOptions::Policy::never; });
-  if (processes_.size() > 1 && may_restart) {
+  if (processes_.size() > 1) {
     assume({.id = "nothing_is_changed",
             .state = State::unchecked,
-            .text = "no process starts again (`restart`), and sends what it does at its start",
+            .text = may_restart
+                        ? "no process ends, or starts again (`restart`) and sends what it does at "
+                          "its start"
+                        : "no process ends before the others, by an exception (`on_exception`), a "
+                          "signal or a crash",
             .name = {},
-            .source = declared_at(line_of("a container", "restart")),
+            .source = may_restart ? declared_at(line_of("a container", "restart")) : "nobody",
             .executor = {}});
   }
   const bool is_known =
       processes_.size() == 1 && (measured_ == nullptr || measured_->path == description_.model);
-  assume({.id = "nothing_is_changed",
-          .state = if_watched(),
-          .text = is_known
-                      ? "no container unloads a component of a chain, and no node gets simulated "
-                        "time (`use_sim_time`)"
-                      : "no container gets or unloads a component, no callback gets other "
-                        "parameters, and no node gets simulated time (`use_sim_time`)",
-          .name = {},
-          .source = "nobody",
-          .executor = {}});
+  assume(
+      {.id = "nothing_is_changed",
+       .state = if_watched(),
+       .text = is_known
+                   ? "no container unloads a component of a chain, or one that sends to a join of "
+                     "it, and no node gets simulated time (`use_sim_time`)"
+                   : "no container gets or unloads a component, no callback gets other "
+                     "parameters, and no node gets simulated time (`use_sim_time`)",
+       .name = {},
+       .source = "nobody",
+       .executor = {}});
 }
 
 // One that is active again gets what has waited for it.
@@ -289,8 +294,12 @@ void AssumptionFinder::add_nodes_that_may_rest() {
 void AssumptionFinder::add_who_sends_besides() {
   for (std::size_t to = 0; to < callbacks_.size(); ++to) {
     if (callbacks_[to]->entity->kind() != EntityKind::subscription) continue;
-    const MeasuredCallback* const seen = measured(to);
-    if (seen != nullptr && seen->executions != 0) continue;  // see as_measured
+    const auto same = of_same_topic(to);
+    const bool was_seen = std::any_of(same.begin(), same.end(), [this](std::size_t each) {
+      const MeasuredCallback* const seen = measured(each);
+      return seen != nullptr && seen->executions != 0;
+    });
+    if (was_seen) continue;  // see as_measured
     for (const ModelledProcess& process : processes_) {
       for (const ModelledProcess::Member& member : process.nodes) {
         if (takt::says_all(member)) continue;
@@ -365,11 +374,14 @@ void AssumptionFinder::add_what_nobody_says() {
     if (sends_at_end && !model_.system.callbacks[i].outputs.empty()) {
       add("{} sends at its end, and not before (`outputs`)", "nobody");
     }
-    if (has_run) continue;
-    if (model_.system.callbacks[i].is_timer) {
+    if (model_.system.callbacks[i].is_timer && !has_run) {
       add("{} keeps its period: no run has shown it", "nobody", if_watched());
     }
-    if (model_.system.callbacks[i].outputs.empty()) continue;
+    const auto& outputs = model_.system.callbacks[i].outputs;
+    const bool are_seen = std::all_of(outputs.begin(), outputs.end(), [&](const auto& output) {
+      return seen_messages(i, output.to) || measured(output.to) != nullptr;
+    });
+    if (outputs.empty() || (has_run && are_seen)) continue;
     add(callbacks_[i]->entity->kind() == EntityKind::service
             ? "each execution of {} answers its request: no run has shown it"
             : "each execution of {} sends one message to each topic and service, no more and no "
@@ -433,6 +445,9 @@ void AssumptionFinder::add_what_nodes_may_make() {
       };
       add("{} makes no publisher later, and has no other node: what that sends may come to any "
           "callback",
+          {});
+      add("{} starts no process (`fork`, `system`), after which threads wait for copies of their "
+          "pages, also of locked ones",
           {});
       for (const auto& part : parts_of(process, member)) {
         add("{} makes no other callbacks later", part);

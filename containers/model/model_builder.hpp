@@ -107,6 +107,11 @@ class ModelParts {
   bool is_closed() const {
     return !joins_dds() || (description_.dds && description_.dds->discovery == DiscoveryRange::off);
   }
+  /// It, and then the other subscriptions of its topic.
+  std::vector<std::size_t> of_same_topic(std::size_t callback) const;
+  /// How many messages at most an execution of one has sent to the other, or to another
+  /// subscription of its topic, in the measured run; nullopt: it has shown none.
+  std::optional<analysis::Count> seen_messages(std::size_t from, std::size_t to) const;
   /// Which description states what comes to it from outside: its own, or that of another
   /// subscription of the topic. nullptr: none does. Throws Error if two differ.
   const CallbackDescription* states_arrival(std::size_t callback) const;
@@ -160,6 +165,7 @@ class MeasuredRun : public ModelParts {
   void find_executors_then();
   const MeasuredExecutor& executor_then(std::size_t callback) const { return *then_[callback]; }
   void add_new_neighbours();
+  bool had_other_receivers(std::size_t callback) const;
   void add_who_destroys();
   void add_how_it_sent(std::size_t callback);
   void add_other_processes(std::size_t callback);
@@ -289,10 +295,6 @@ class ModelBuilder : public ChainFinder {
     bool joins = false;
   };
   void link(std::size_t from, std::size_t to, const Way& way);
-  bool has_seen(std::size_t from, std::size_t to) const {
-    const MeasuredCallback* const seen = measured(from);
-    return seen != nullptr && seen->causes.contains(model_.system.callbacks[to].name);
-  }
   void cut_circles();
   void set_arrivals(std::size_t callback);
   bool is_step(std::size_t from, std::size_t to) const;
@@ -315,6 +317,7 @@ class ModelBuilder : public ChainFinder {
   std::optional<analysis::ArrivalCurve> arrivals_of(std::size_t callback, bool has_senders);
   std::optional<analysis::ArrivalCurve> measured_arrivals(const MeasuredCallback& seen) const;
   std::optional<analysis::ArrivalCurve> unexplained_arrivals(std::size_t callback) const;
+  std::optional<analysis::ArrivalCurve> seen_arrivals(std::size_t callback, bool has_senders) const;
   void choose_who_paces_joins();
   analysis::Time period_before(std::size_t callback) const;
   void set_order(const ModelledPart& part);

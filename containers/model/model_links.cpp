@@ -48,7 +48,7 @@ void ModelBuilder::link_callers(std::size_t service) {
     for (std::size_t from = 0; from < callbacks_.size(); ++from) {
       if (callbacks_[from]->node != client->node) continue;
       const bool is_response = callbacks_[from]->entity->kind() == EntityKind::client;
-      if (has_seen(from, service) || !(is_response || is_timeout(*callbacks_[from]->entity)))
+      if (seen_messages(from, service) || !(is_response || is_timeout(*callbacks_[from]->entity)))
         link(from, service, {name});
     }
   }
@@ -60,7 +60,7 @@ void ModelBuilder::link_answers(std::size_t client) {
     const Entity& entity = *callbacks_[from]->entity;
     const bool is_service = entity.kind() == EntityKind::service && service_of(entity) == name;
     if (is_service) link(answering(from), client, {name});
-    if (!is_service && has_seen(from, client)) link(from, client, {name});
+    if (!is_service && seen_messages(from, client)) link(from, client, {name});
   }
 }
 
@@ -101,7 +101,7 @@ void ModelBuilder::link_publishers(std::size_t to) {
     const auto& names = publishing->names;
     const bool is_declared =
         std::find(names.begin(), names.end(), callbacks_[from]->entity->name()) != names.end();
-    const bool may_send = names.empty() || is_declared || has_seen(from, to);
+    const bool may_send = names.empty() || is_declared || seen_messages(from, to).has_value();
     if (may_send && is_offered(*publishing, from, to)) {
       link(from, to, {topic, is_declared, publishing->joins});
     }
@@ -200,12 +200,12 @@ void ModelBuilder::add_publishers(const Node& node, const std::string& topic,
 void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
   const auto& callbacks = model_.system.callbacks;
   const MeasuredCallback* const seen = measured(from);
-  const bool is_seen = has_seen(from, to);
+  const auto messages = seen_messages(from, to);
   const bool is_inside = process_of(from) == process_of(to);
   // A trace sees no causes in other processes, and of a join only the last input.
   const bool would_be_seen = seen != nullptr && seen->executions != 0 && is_inside && !way.joins &&
                              measured(to) != nullptr;
-  if (!is_seen && !way.is_declared && would_be_seen && !is_step(from, to)) {
+  if (!messages && !way.is_declared && would_be_seen && !is_step(from, to)) {
     assume_unseen(fmt::format("'{}' sends to '{}'", callbacks[from].name, callbacks[to].name), to);
     return;
   }
@@ -216,10 +216,7 @@ void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
     return;
   }
   analysis::Output output{.to = to};
-  if (is_seen) {
-    output.messages = std::max<analysis::Count>(
-        1, static_cast<analysis::Count>(seen->causes.at(callbacks[to].name)));
-  }
+  if (messages) output.messages = *messages;
   output.waits = way.joins;
   if (output.waits) {  // one of the inputs gets them, see below
     Count& most = joined_[to];

@@ -180,7 +180,11 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
   }
   add_reservations(index);
   add_threads_of_others(index);
-  add("nothing_else_runs", if_watched(), "no other thread runs before those of {} on their CPUs",
+  add("nothing_else_runs", if_watched(),
+      joins_dds()
+          ? "no other thread, nor one of DDS to which `CYCLONEDDS_URI` gives a priority, runs "
+            "before those of {} on their CPUs"
+          : "no other thread runs before those of {} on their CPUs",
       promise);
 }
 
@@ -257,33 +261,6 @@ std::vector<std::size_t> ModelParts::senders_elsewhere(std::size_t callback) con
     if (sends) result.push_back(from);
   }
   return result;
-}
-
-// All subscriptions of a topic get the same.
-const CallbackDescription* ModelParts::states_arrival(std::size_t index) const {
-  const ModelledProcess::Callback& callback = *callbacks_[index];
-  const CallbackDescription* result = callback.described.arrival ? &callback.described : nullptr;
-  if (callback.entity->kind() != EntityKind::subscription) return result;
-  for (const ModelledProcess::Callback* other : callbacks_) {
-    if (!other->described.arrival || other->entity->kind() != EntityKind::subscription ||
-        other->entity->topic() != callback.entity->topic())
-      continue;
-    if (result == nullptr) result = &other->described;
-    if (*result->arrival == *other->described.arrival) continue;
-    throw Error(
-        fmt::format("two subscriptions of '{}' have another 'arrival' each, and get the same",
-                    callback.entity->topic()),
-        fmt::format("state one for both, or correct that of {}", other->described.where),
-        result->where);
-  }
-  return result;
-}
-
-bool ModelParts::comes_from_outside(std::size_t callback) const {
-  const EntityKind kind = callbacks_[callback]->entity->kind();
-  if (is_closed() || kind == EntityKind::timer || kind == EntityKind::waitable) return false;
-  const MeasuredCallback* const seen = measured(callback);
-  return states_arrival(callback) != nullptr || (seen != nullptr && seen->uncaused != 0);
 }
 
 // What a component says of its execution is without what sending costs.

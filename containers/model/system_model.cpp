@@ -38,12 +38,6 @@ std::string timeout_name_of(std::string name) {
   return name + "_timeout";
 }
 
-std::vector<analysis::Time> times_of(const std::vector<Nanoseconds>& distances) {
-  std::vector<analysis::Time> result;
-  for (const Nanoseconds distance : distances) result.push_back(distance.count());
-  return result;
-}
-
 }  // namespace
 
 // ---- Callbacks ----
@@ -141,11 +135,12 @@ void ModelBuilder::set_execution(std::size_t index) {
   if (!callback.described.publishes_at_end) least = Nanoseconds::zero();
   const double scale = execution_scale(description_, *callback.node, described.name);
   if (scale != 1 && facts.execution == Provenance::exact) facts.execution = Provenance::declared;
-  described.execution = std::max<analysis::Time>(
-      1, whole_time(scale * static_cast<double>(longest.count()) / slowest));
+  // Whole nanoseconds at speed 1, as a simulation has them.
+  const double work = std::ceil(scale * static_cast<double>(longest.count()));
+  const double least_work = std::floor(scale * static_cast<double>(least.count()));
+  described.execution = std::max<analysis::Time>(1, whole_time(work / slowest));
   described.least_execution =
-      std::min(described.execution,
-               whole_time(std::floor(scale * static_cast<double>(least.count()) / fastest)));
+      std::min(described.execution, whole_time(std::floor(least_work / fastest)));
   if (facts.execution != Provenance::unknown) add_waits(index);
 }
 
@@ -206,191 +201,6 @@ void ModelBuilder::add_waits(std::size_t index) {
   }
   callback.execution += waits.count();
   model_.callbacks[index].waits = waits;
-}
-
-// As a run has seen them, whatever caused them; nullopt: none.
-std::optional<ArrivalCurve> ModelBuilder::measured_arrivals(const MeasuredCallback& seen) const {
-  if (seen.dropped != 0) return ArrivalCurve::unknown();
-  if (!seen.least_distances.empty()) {
-    return ArrivalCurve::by_distances(times_of(seen.least_distances));
-  }
-  if (seen.period != Nanoseconds::zero()) {
-    return ArrivalCurve::periodic(seen.period.count(), seen.jitter.count());
-  }
-  if (seen.executions == 1 && measured_->duration != Nanoseconds::zero()) {
-    return ArrivalCurve::by_distances({measured_->duration.count()});
-  }
-  const bool has_run = seen.executions != 0 || seen.longest_execution != Nanoseconds::zero();
-  return has_run ? std::optional(ArrivalCurve::unknown()) : std::nullopt;
-}
-
-// Of those, the ones that its senders in the system do not account for: a thread of a component
-// sends them, or a program outside, or a callback that the model knows nothing of.
-std::optional<ArrivalCurve> ModelBuilder::unexplained_arrivals(std::size_t index) const {
-  const MeasuredCallback* const seen = measured(index);
-  if (seen == nullptr) return {};
-  std::uint64_t explained = 0;
-  std::optional<std::uint64_t> joined;  // by the input of a join that came least often
-  bool are_senders_known = measured_->lost_executions == 0, has_senders_outside = false;
-  for (std::size_t from = 0; from < callbacks_.size(); ++from) {
-    for (const analysis::Output& output : model_.system.callbacks[from].outputs) {
-      if (output.to != index) continue;
-      const MeasuredCallback* const sender = measured(from);
-      are_senders_known = are_senders_known && sender != nullptr;
-      has_senders_outside = has_senders_outside || process_of(from) != process_of(index);
-      if (sender == nullptr) continue;
-      const analysis::Count messages = output.waits ? joined_.at(index) : output.messages;
-      const std::uint64_t sent = sender->executions * static_cast<std::uint64_t>(messages);
-      if (output.waits) {
-        joined = std::min(joined.value_or(sent), sent);
-      } else {
-        explained += sent;
-      }
-    }
-  }
-  explained += joined.value_or(0);
-  // A trace sees no causes in other processes: all that these send is without one.
-  const std::uint64_t uncaused = has_senders_outside ? 0 : seen->uncaused;
-  if (are_senders_known && seen->executions - uncaused + seen->dropped > explained) {
-    return measured_arrivals(*seen);
-  }
-  MeasuredCallback rest{.executions = uncaused, .least_distances = seen->uncaused_distances};
-  if (uncaused != 0) rest.dropped = seen->dropped;
-  return measured_arrivals(rest);
-}
-
-// `period` of a callback promises the least distance of what it gets, which is more than is known
-// where nobody in the system sends.
-std::optional<ModelBuilder::StatedArrival> ModelBuilder::stated_arrival(std::size_t index,
-                                                                        bool has_senders) const {
-  const ModelledProcess::Callback& callback = *callbacks_[index];
-  if (const CallbackDescription* const stated = states_arrival(index))
-    return StatedArrival{*stated->arrival, "'arrival'", stated->where};
-  if (has_senders && !in_circle_.contains(index)) return {};
-  const auto period = callback.parameters().period;
-  if (!period || callback.entity->kind() == EntityKind::timer) return {};
-  return StatedArrival{{.period = *period}, "'period'", callback.described.where};
-}
-
-// Arrivals that came closer in the measured run than they can, as the file or a timer says.
-void ModelBuilder::compare_arrivals(std::size_t index, const ArrivalCurve& promised,
-                                    const std::vector<Nanoseconds>& seen, const char* what) {
-  const analysis::Callback& callback = model_.system.callbacks[index];
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    const auto least = promised.least_distance(static_cast<analysis::Count>(i) + 2);
-    if (least <= seen[i].count()) continue;
-    return assume(
-        {.id = "as_declared",
-         .state = Assumption::State::refuted,
-         .text = fmt::format("{} arrivals of {{}} came within {} in the measured run, "
-                             "but its {} allows no fewer than {}",
-                             i + 2, to_string(seen[i]), what, to_string(Nanoseconds(least))),
-         .name = "'" + callback.name + "'",
-         .source = declared_at(callbacks_[index]->described.where),
-         .executor = callback.executor});
-  }
-}
-
-ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const StatedArrival& stated,
-                                             bool has_senders) {
-  const ArrivalDescription& arrival = stated.arrival;
-  const ModelledProcess::Callback& callback = *callbacks_[index];
-  const analysis::Callback& described = model_.system.callbacks[index];
-  if (is_periodic(index)) {
-    throw Error(
-        fmt::format("'{}' is a timer, which is released every {}: it has no other 'arrival'",
-                    described.name, to_string(callback.entity->period())),
-        "remove it", stated.where);
-  }
-  const ArrivalCurve curve =
-      arrival.distances.empty()
-          ? ArrivalCurve::periodic(arrival.period.count(), arrival.jitter.count(),
-                                   arrival.least_distance.count())
-          : ArrivalCurve::by_distances(times_of(arrival.distances));
-  const MeasuredCallback* const seen = measured(index);
-  if (seen != nullptr) {
-    compare_arrivals(index, curve, has_senders ? seen->uncaused_distances : seen->least_distances,
-                     stated.key);
-  }
-  assume({.id = "as_declared",
-          .state = if_watched(),
-          .text = has_senders ? "what comes to {} from outside, counted once a second, is no "
-                                "closer than declared"
-                              : "what comes to {} from outside is no closer than declared",
-          .name = "'" + described.name + "'",
-          .source = declared_at(stated.where),
-          .executor = described.executor});
-  if (const auto* const end = dynamic_cast<const SubscriptionBase*>(callback.entity.get())) {
-    const Nanoseconds its = end->qos().lifespan_duration;
-    auto& lifespan = model_.callbacks[index].lifespan;
-    if (!QoS::is_for_ever(its)) lifespan = std::min(lifespan.value_or(its), its);
-    const auto delay = description_.delays.find(end->topic());
-    Nanoseconds& way = model_.callbacks[index].longest_way;
-    if (delay != description_.delays.end()) way = std::max(way, delay->second.longest);
-  }
-  return curve;
-}
-
-// What arrives, beside what callbacks of the system send; nullopt: nothing.
-std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool has_senders) {
-  const ModelledProcess::Callback& callback = *callbacks_[index];
-  if (const auto stated = stated_arrival(index, has_senders)) {
-    return declared_arrivals(index, *stated, has_senders);
-  }
-  if (in_circle_.contains(index)) return ArrivalCurve::unknown();
-  const EntityKind kind = callback.entity->kind();
-  const MeasuredCallback* const seen = measured(index);
-  if (kind == EntityKind::timer && is_periodic(index)) {
-    const ArrivalCurve curve = ArrivalCurve::periodic(callback.entity->period().count());
-    if (seen != nullptr) compare_arrivals(index, curve, seen->least_distances, "period");
-    return curve;
-  }
-  if (has_senders) return unexplained_arrivals(index);
-  const bool is_receiver =
-      kind == EntityKind::subscription || kind == EntityKind::service || kind == EntityKind::client;
-  const bool may_be_called = !is_receiver || joins_dds();
-  if (is_timeout(*callback.entity) && (seen == nullptr || seen->executions == 0)) {
-    assume_of(index, "requests_are_answered", "{} never comes: each request is answered in time");
-    return {};
-  }
-  if (seen == nullptr) return may_be_called ? std::optional(ArrivalCurve::unknown()) : std::nullopt;
-  const auto arrivals = measured_arrivals(*seen);
-  if (!arrivals && may_be_called && !is_receiver) {  // see no_other_publishers
-    assume_unseen(fmt::format("something calls '{}'", model_.system.callbacks[index].name), index);
-  }
-  return arrivals;
-}
-
-void ModelBuilder::set_arrivals(std::size_t index) {
-  const bool has_senders =
-      std::any_of(model_.system.callbacks.begin(), model_.system.callbacks.end(),
-                  [&](const analysis::Callback& sender) {
-                    return std::any_of(sender.outputs.begin(), sender.outputs.end(),
-                                       [&](const auto& output) { return output.to == index; });
-                  });
-  analysis::Callback& described = model_.system.callbacks[index];
-  described.arrivals = arrivals_of(index, has_senders);
-  std::string& unknown = model_.system.executors[described.executor].unknown;
-  const bool may_run = described.arrivals || has_senders;
-  may_run_.push_back(may_run);
-  const CallbackDescription& stated = callbacks_[index]->described;
-  if (!may_run && stated.waits && !stated.where.empty()) {
-    throw Error(fmt::format("'{}' never runs, so it does not wait", described.name),
-                "remove 'waits', or correct its topic", stated.where);
-  }
-  if (may_run && model_.callbacks[index].execution == Provenance::unknown && unknown.empty()) {
-    unknown = fmt::format(
-        "the execution time of '{}' is not known; declare it (`execution`), or measure it (`takt "
-        "model`)",
-        described.name);
-  }
-  const Entity& entity = *callbacks_[index]->entity;
-  if (entity.kind() != EntityKind::timer || !is_periodic(index)) return;
-  described.is_timer = true;
-  described.longest_gap = entity.period().count();
-  model_.callbacks[index].period = entity.period();
-  const int releases = callbacks_[index]->parameters().releases.value_or(1);
-  if (releases > 1 && !described.depth) described.depth = releases;
 }
 
 // ---- Orders ----

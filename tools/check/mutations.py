@@ -122,7 +122,7 @@ MUTATIONS = {
         "containers/model/system_model.cpp", "‹return !is_alarm && !is_timeout(entity);›",
         "return !is_alarm && !timer->is_canceled();", GUARANTEES),
     "arrivals that a run refutes are ignored": (
-        "containers/model/system_model.cpp", "‹if (least <= seen[i].count()) continue;›",
+        "containers/model/model_arrivals.cpp", "‹if (least <= seen[i].count()) continue;›",
         "continue;", GUARANTEES),
     "executions that a run refutes are ignored": (
         "containers/model/system_model.cpp", "‹  if (declared >= seen) return;›", "  return;", GUARANTEES),
@@ -134,7 +134,7 @@ MUTATIONS = {
     "overheads are zero in silence": (
         "containers/model/model_machine.cpp", '? «"overheads_are_zero"»', '"as_declared"', GUARANTEES),
     "ignored: change: a process is restarted": (
-        "containers/model/model_assumptions.cpp", "if («processes_.size() > 1 && may_restart»)", "false", GUARANTEES),
+        "containers/model/model_assumptions.cpp", "if («processes_.size() > 1») {", "false", GUARANTEES),
     "ignored: change: a component is unloaded": (
         "containers/model/model_assumptions.cpp", "‹  if (!is_closed()) add_what_others_may_change();›", "", GUARANTEES),
     "ignored: callback parameters: on_deadline_miss": (
@@ -159,7 +159,7 @@ MUTATIONS = {
         "containers/model/model_chains.cpp", "«missing(chain, bound).empty()» ? Verdict::guaranteed", "true", GUARANTEES),
 }
 # Of the table of what a guarantee rests on: what is neither a key of the file nor a figure of a model, ignored.
-LINKS, THREADS, MODEL_PARTS = ("containers/model/model_links.cpp", "containers/model/model_threads.cpp",
+LINKS, THREADS, ARRIVALS, MODEL_PARTS = ("containers/model/model_links.cpp", "containers/model/model_threads.cpp", "containers/model/model_arrivals.cpp",
                                "containers/model/system_model.cpp")
 REFUSES = "policy = «publisher.qos.refuses(end->qos())»;"
 MUTATIONS |= {
@@ -170,7 +170,7 @@ MUTATIONS |= {
           for policy in ("reliability", "durability", "liveliness", "deadline", "lease_duration")],
         ("QoS: depth", THREADS, "facts.depth = «end->qos().depth»;", "std::size_t{0}"),
         ("publisher options: loans", LINKS, "if («loans == 0») return;", "true"),
-        ("publisher options: published_by", LINKS, "may_send = «names.empty() || is_declared || has_seen(from, to)»;", "true"),
+        ("publisher options: published_by", LINKS, "may_send = «names.empty() || is_declared || seen_messages(from, to).has_value()»;", "true"),
         ("publisher options: joins", LINKS, "output.waits = «way.joins»;", "false"),
         ("trigger options: most_outputs", LINKS, "«outputs[i] <= most» ||", "true"),
         ("an executor type: readiness", THREADS, "executor.is_wait_set = «traits.readiness == Readiness::wait_set»;", "false"),
@@ -185,11 +185,11 @@ MUTATIONS |= {
         ("a scheduler type: order", THREADS, "executor.order = «schedulers().traits(scheduler).order»;",
          "analysis::Order::by_urgency"),
         ("a scheduler type: point", MODEL_PARTS, "point = «traits.point != nullptr» ?", "false"),
-        ("a kind of entity: timer", MODEL_PARTS, "described.longest_gap = «entity.period().count()»;", "analysis::Time{1}"),
+        ("a kind of entity: timer", ARRIVALS, "described.longest_gap = «entity.period().count()»;", "analysis::Time{1}"),
         ("a kind of entity: subscription", LINKS, "if («kind == EntityKind::subscription») link_publishers", "false"),
         ("a kind of entity: service", LINKS, "if («kind == EntityKind::service») link_callers", "false"),
         ("a kind of entity: client", LINKS, "if («kind == EntityKind::client») link_answers", "false"),
-        ("a kind of entity: waitable", MODEL_PARTS, "may_be_called = «!is_receiver || joins_dds()»;", "joins_dds()"),
+        ("a kind of entity: waitable", ARRIVALS, "may_be_called = «!is_receiver || joins_dds()»;", "joins_dds()"),
         ("change: a callback is made later", "containers/model/model_assumptions.cpp",
          "‹  add_what_nodes_may_make();›", ""),
         ("change: a peer comes to a topic", "containers/model/model_assumptions.cpp",

@@ -131,6 +131,45 @@ container:
   }
 }
 
+// A thread that has no work left when a more urgent one wakes up has ended: it was preempted, and
+// its end was late by what the other one takes. Round numbers are what people write.
+TEST(SimulatedMachine, WhatEndsAsAnotherBeginsIsNotPreempted) {
+  constexpr std::string_view kText = R"(
+machine: {cpus: [0], exclusive: true, rt_runtime: unlimited}
+threads: {h: {policy: SCHED_FIFO, priority: 60, affinity: [0]}, l: {policy: SCHED_FIFO, priority: 40, affinity: [0]}}
+executors: {h: {type: events, threads: [h]}, l: {type: events, threads: [l]}}
+chains: [{name: low, path: [low/a_timer]}]
+container:
+  name: robot
+  components:
+    - {component: takt::Workload, name: high, executor: h, parameters: {publishers: {topic: [b], period_us: [10000], work_us: [4000]}}}
+    - {component: takt::Workload, name: low, executor: l, parameters: {publishers: {topic: [a], period_us: [20000], work_us: [6000]}}}
+)";
+  const SystemDescription system = ConfigurationFile("system.yaml", kText).read();
+  const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 100ms});
+  EXPECT_EQ(bound_of_chain(system, "low"), 10ms);
+  EXPECT_EQ(simulation.run({}).result.chains.at(0).statistics.latency.max(), 10ms);
+}
+
+// Scaled work is whole nanoseconds before its CPU's speed divides it.
+TEST(SimulatedMachine, ScaledWorkIsRoundedAsInItsBound) {
+  constexpr std::string_view kText = R"(
+machine: {cpus: [0], exclusive: true, rt_runtime: unlimited, speed: {0: 0.63}}
+threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}}
+executors: {a: {type: events, threads: [a]}}
+chains: [{name: c, path: [s/t_timer]}]
+container:
+  name: robot
+  components:
+    - {component: takt::Workload, name: s, executor: a, parameters: {publishers: {topic: [t], period_us: [50000], work_us: [100]}}, callbacks: {t_timer: {execution: 5874947ns}}}
+)";
+  SystemDescription system = ConfigurationFile("system.yaml", kText).read();
+  system.execution_scales["/s/t_timer"] = 0.3;
+  const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 60ms});
+  EXPECT_LE(simulation.run({}).result.chains.at(0).statistics.latency.max(),
+            bound_of_chain(system, "c"));
+}
+
 // When timers release no more, a join got its last input from a callback that runs for long, and so
 // its instance was late by that. No timer, no instance.
 TEST(SimulatedMachine, TheEndOfARunMakesNoJoinLate) {
