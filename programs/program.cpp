@@ -53,7 +53,7 @@ std::terminate_handler other_handler = nullptr;  // the program's, or the langua
 void catch_errors() {
   constexpr const char* kVariables[] = {"TAKT_EXECUTOR",        "TAKT_PLACEMENT", "TAKT_SCHEDULER",
                                         "TAKT_CONFIG",          "TAKT_RESULTS",   "TAKT_NODES",
-                                        "TAKT_CONFIG_TEMPLATE", "TAKT_LTTNG"};
+                                        "TAKT_CONFIG_TEMPLATE", "TAKT_LTTNG",     "TAKT_SIMULATE"};
   const auto is_set = [](const char* name) { return std::getenv(name) != nullptr; };
   if (std::any_of(std::begin(kVariables), std::end(kVariables), is_set)) {
     other_handler = std::set_terminate(end_with_error);
@@ -105,18 +105,13 @@ Program& Program::instance() {
 
 Program::Program() {
   catch_errors();
-  variables_.executor = variable("TAKT_EXECUTOR");
-  variables_.placement = variable("TAKT_PLACEMENT");
-  variables_.scheduler = variable("TAKT_SCHEDULER");
-  if (const std::string path = variable("TAKT_CONFIG"); !path.empty()) {
-    file_ = read_system(path);
-    if (!file_->components.empty() && !file_->components.front().type.empty()) {
-      throw Error("the file describes containers",
-                  "run it with `takt run`, or describe the "
-                  "nodes of this program under 'nodes'",
-                  path);
-    }
-  }
+  const std::string how_to_simulate = quiet_variable("TAKT_SIMULATE");
+  const auto read = how_to_simulate.empty() ? variable : quiet_variable;
+  variables_.executor = read("TAKT_EXECUTOR");
+  variables_.placement = read("TAKT_PLACEMENT");
+  variables_.scheduler = read("TAKT_SCHEDULER");
+  variables_.results = quiet_variable("TAKT_RESULTS");
+  read_file(how_to_simulate);
   const std::string refused = load_tracepoints_if_asked(file_ ? &*file_ : nullptr);
   if (!refused.empty()) print("note", refused);
   if (const std::string path = variable("TAKT_CONFIG_TEMPLATE"); !path.empty()) {
@@ -131,9 +126,9 @@ Program::Program() {
     throw Error("there is no file whose nodes could be described", "set TAKT_CONFIG",
                 "TAKT_NODES=" + variables_.nodes);
   }
-  if (const std::string path = quiet_variable("TAKT_RESULTS"); !path.empty()) {
+  if (!variables_.results.empty() && !simulated_) {
     variables_.trace_events = trace_events();
-    results_.emplace(path, variables_.trace_events);
+    results_.emplace(variables_.results, variables_.trace_events);
   }
   // The file may have loaded them.
   check(executors(), variables_.executor, "TAKT_EXECUTOR");
@@ -147,6 +142,22 @@ Program::Program() {
         if (status == 0 && failure != 0) std::exit(failure);
       },
       nullptr);
+}
+
+void Program::read_file(const std::string& how_to_simulate) {
+  const bool simulates = !how_to_simulate.empty();
+  const std::string path = simulates ? quiet_variable("TAKT_CONFIG") : variable("TAKT_CONFIG");
+  if (simulates) {
+    simulated_ = std::make_unique<SimulatedProgram>(how_to_simulate, path, overrides());
+    file_ = simulated_->file();
+  } else if (!path.empty()) {
+    file_ = read_system(path);
+  }
+  if (!file_ || file_->components.empty() || file_->components.front().type.empty()) return;
+  throw Error("the file describes containers",
+              "run it with `takt run`, or describe the "
+              "nodes of this program under 'nodes'",
+              path);
 }
 
 std::unique_ptr<Executor> Program::make_executor(const std::string& type, ExecutorOptions options) {
@@ -231,6 +242,8 @@ bool Program::add(const std::shared_ptr<Node>& node, const Executor& executor,
   const std::lock_guard lock(mutex_);
   if (template_) template_->added(node, group, executor);
   if (results_) results_->added(node);
+  if (simulated_ && !serves(*node, group))
+    refuse("spins '" + node->fully_qualified_name() + "', which its file does not name");
   if (!serves(*node)) return true;
   std::erase_if(added_,
                 [&](const auto& known) { return known.expired() || is_same_owner(known, node); });
@@ -281,11 +294,7 @@ void Program::describe_nodes() const {
 
 // ---- Spinning ----
 
-// With the mutex held; not if there is nothing to serve, or while another one ends.
-void Program::start() {
-  const bool has_any =
-      std::any_of(added_.begin(), added_.end(), [](const auto& node) { return !node.expired(); });
-  if (container_ != nullptr || is_ending_ || !has_any) return;
+ContainerOverrides Program::overrides() const {
   ContainerOverrides overrides;
   overrides.executor = variables_.executor;
   if (!variables_.placement.empty()) {
@@ -300,6 +309,15 @@ void Program::start() {
     }
     return std::shared_ptr<Node>();
   };
+  return overrides;
+}
+
+// With the mutex held; not if there is nothing to serve, or while another one ends.
+void Program::start() {
+  const bool has_any =
+      std::any_of(added_.begin(), added_.end(), [](const auto& node) { return !node.expired(); });
+  if (container_ != nullptr || is_ending_ || !has_any) return;
+  ContainerOverrides overrides = this->overrides();
   for (const auto& weak : added_) {
     const auto node = weak.lock();
     if (node != nullptr && overrides.participant == nullptr)
@@ -350,6 +368,19 @@ void Program::stop() {
   if (is_needed) start();  // by a spin of another context, or that began meanwhile
 }
 
+// Without the mutex, as callbacks may wait for it.
+void Program::simulate(LongSpin* spin) {
+  if (simulated_->has_run()) throw Error("a simulation has one spin()", "end the program after it");
+  if (spin == nullptr) refuse("spins without spin(), as by spin_some()");
+  try {
+    simulated_->run(variables_.results);
+  } catch (...) {
+    spin->shut_down();
+    throw;
+  }
+  spin->shut_down();
+}
+
 void Program::on_failure() {
   const std::lock_guard lock(mutex_);
   is_over_ = true;
@@ -357,6 +388,7 @@ void Program::on_failure() {
 }
 
 void Program::cancel() noexcept {
+  refuse("shuts down before the end");
   if (!is_serving()) return;
   const std::lock_guard lock(mutex_);
   is_over_ = true;
@@ -369,6 +401,11 @@ void Program::begin_spin(LongSpin* spin) {
   if (results_) results_->spins();
   if (!file_) return;
   const bool is_main = getpid() == gettid(), is_long = spin != nullptr;
+  if (simulated_) {
+    check_nodes();
+    lock.unlock();
+    return simulate(spin);
+  }
   if (!variables_.nodes.empty() && ((is_main && is_long) || has_all_nodes())) describe_nodes();
   if (is_main && is_long) check_nodes();
   if (is_over_ && (is_long || is_main)) {  // not a callback of the container
@@ -422,6 +459,7 @@ int Program::at_exit() noexcept {
       status = std::max(status, 1);
     }
   };
+  if (simulated_ && !simulated_->has_run()) refuse("never calls spin()");
   cancel();
   report([this] { join(); });
   const std::lock_guard lock(mutex_);

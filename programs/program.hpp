@@ -15,6 +15,7 @@
 
 #include "takt/containers/container.hpp"
 #include "takt/programs/results.hpp"
+#include "takt/programs/simulated_program.hpp"
 #include "takt/programs/template.hpp"
 
 namespace takt::programs {
@@ -23,6 +24,8 @@ namespace takt::programs {
 class LongSpin {
  public:
   virtual void cancel() = 0;
+  /// Ends all that the program spins.
+  virtual void shut_down() = 0;
   /// Whether what spins may go on.
   virtual bool is_valid() const = 0;
 
@@ -43,7 +46,9 @@ class LongSpin {
 /// names one for what was measured, see Results; with `TAKT_TRACE` it has so many of the last
 /// executions of each thread. `TAKT_NODES` names one for the nodes of TAKT_CONFIG, with
 /// which the program ends: when all are to be served, or the main thread spins.
-/// Thread safety: every method from any thread. Real-time: set-up only.
+/// `TAKT_SIMULATE` makes the first `spin()` a simulation of the nodes of TAKT_CONFIG, with which
+/// all spinning ends, see SimulatedProgram. Its results are what TAKT_RESULTS has then. Thread
+/// safety: every method from any thread. Real-time: set-up only.
 class Program {
  public:
   /// Reads the environment at its first call, of which init makes one. Throws Error.
@@ -80,6 +85,9 @@ class Program {
 
  private:
   Program();
+  void read_file(const std::string& how_to_simulate);
+  void simulate(LongSpin* spin);
+  ContainerOverrides overrides() const;
   const ComponentDescription* find(const std::string& name) const;
   void check_nodes() const;
   bool has_all_nodes() const;
@@ -91,7 +99,7 @@ class Program {
   int at_exit() noexcept;  // the status of what is wrong, or 0
 
   struct Variables {
-    std::string executor, placement, scheduler, nodes;
+    std::string executor, placement, scheduler, nodes, results;
     std::size_t trace_events = 0;
   };
   Variables variables_;
@@ -108,6 +116,7 @@ class Program {
   bool is_over_ = false;  // it ends, as a callback has thrown or a context was shut down
   std::optional<Template> template_;
   std::optional<Results> results_;
+  std::unique_ptr<SimulatedProgram> simulated_;
   std::set<std::string> notes_;  // that have been printed
 };
 

@@ -179,6 +179,73 @@ def is_analysed(folder):
     check("as is a program that is none of ours", "has not spun" in done.stderr, done.stderr)
 
 
+SIMULATED = FILE.replace("  /talker: {executor: fast}", """
+  /talker:
+    executor: fast
+    callbacks: {timer_1ms: {execution: 100us}}""").replace("  /listener: {executor: fast}", """
+  /listener:
+    executor: fast
+    callbacks: {/chatter: {execution: {min: 200us, max: 300us}}}""").replace("realtime: off", "machine: {cpus: 1}").replace(
+        "{nice: 1}", "{policy: SCHED_FIFO, priority: 50, affinity: [0]}")
+
+
+def is_simulated(folder):
+    file = folder / "robot.yaml"
+    file.write_text(SIMULATED)
+
+    def simulated(*words, status=0):
+        return run("simulate", str(file), "--duration", "1s", *words, status=status)
+
+    done = simulated("--json", "-", "--", program)
+    document = json.loads(done.stdout)
+    check("a simulated program calls each callback when it is due", rows_of(document) == {
+        ("/talker", "timer_1ms"): ("fast", 1000), ("/listener", "/chatter"): ("fast", 1000)}, rows_of(document))
+    latency = document["runs"][0]["chains"][0]["latency_us"]
+    check("in virtual time", latency["max"] == 400 and document["bounds_us"]["talks"] >= 400, latency, document["bounds_us"])
+    check("its code has run", "it talks" in done.stderr, done.stderr)
+    again = simulated("--json", "-", "--", program)
+    check("the same each time", again.stdout == done.stdout)
+
+    done = simulated("--runs", "3", "--search", "--set", "threads.urgent.priority=40", "--scale", "/listener=1.1",
+                     "--speed", "0.5", "--", program)
+    check("other speeds and times are", " 860 " in done.stdout and "--replay 1,worst,all=0s" in done.stdout, done.stdout)
+    document = json.loads(simulated("--faults", "lost", "--runs", "2", "--json", "-", "--", program).stdout)
+    check("and faults", all("lost=/listener/chatter@" in run["scenario"] for run in document["runs"]), document["runs"])
+    done = simulated("--replay", "2,drawn,lost=/listener/chatter@3ms", "--json", "-", "--", program)
+    check("and scenarios", json.loads(done.stdout)["runs"][0]["callbacks"][1]["dropped"] == 1, done.stdout)
+
+
+def refuses_what_is_not_simulated(folder):
+    file = folder / "robot.yaml"
+    file.write_text(SIMULATED)
+
+    def refused(text, *words, status=1):
+        errors = run("simulate", str(file), *words, status=status).stderr
+        check(proves("command_line.md", "What is not under that clock ends the run, with exit status 1") + f": {text}",
+              text in errors and errors.count("error: ") <= 2, errors)
+
+    for deed, text in (("threads", "calls pthread_create() from "), ("sleeps", "calls nanosleep() from "),
+                       ("clocks", "calls clock_gettime() from ")):
+        refused(f"cannot be simulated: it {text}", "--", program, deed)
+        refused("in the callback '/talker/timer_1ms'", "--", program, deed)
+    refused("it sleeps by a Clock or a Rate", "--", program, "naps")
+    refused("it spins without spin(), as by spin_some()", "--", program, "steps")
+    refused("it never calls spin()", "--", program, "leaves")
+    refused("it shuts down before the end", "--", program, "calls", "5", "0")
+    refused("has written no results", "--", "true")
+    refused("--as and --trace are for containers", "--trace", str(folder / "t.json"), "--", program, status=2)
+    how = {"scenario": "1,worst,all=0s", "duration_ns": 1, "cpus": [0], "speed": 1, "scales": {}, "settings": {}, "mode": "",
+           "model": "", "faults": ""}
+    done = subprocess.run([program], env=environment | {"TAKT_SIMULATE": json.dumps(how), "TAKT_CONFIG": str(file)},
+                          text=True, capture_output=True, timeout=60)
+    check("nor is one simulated whose calls nobody sees", done.returncode == 2 and
+          "it runs without libtakt_simulated.so" in done.stderr, done.returncode, done.stderr)
+    file.write_text(SIMULATED.replace("  /listener:", "  /nobody:").replace("listener//", "nobody//"))
+    refused("it spins '/listener', which its file does not name", "--", program)
+    file.write_text(SIMULATED.replace("{execution: {min: 200us, max: 300us}}", "{}"))
+    refused("cannot simulate '/listener/chatter': its execution time is not known", "--", program)
+
+
 def ends(folder):
     done = run("run", "--duration", "400ms", "--", "sh", "-c", f"sleep 30 & cd / && exec {program}")
     check("what a program leaves behind ends, too", "/chatter" in done.stdout, done.stdout)
@@ -218,6 +285,7 @@ def is_refused(folder):
     refused("for containers, not for a program", "compare", "--compositions", "all", "--", program)
     refused("did you mean 'events'", "run", "--executor", "evens", "--", program)
     refused("/none/robot.yaml", "run", "/none/robot.yaml", "--", program)
+    refused("a program is simulated with a FILE", "simulate", "--", program)
     refused("one word too many", "doctor", "--", program)
 
     def program_refuses(text, **variables):
@@ -230,6 +298,6 @@ def is_refused(folder):
 
 
 with tempfile.TemporaryDirectory() as place:
-    for part in (is_run, is_watched, is_seen, is_measured, is_analysed, ends, is_refused):
+    for part in (is_run, is_watched, is_seen, is_measured, is_analysed, is_simulated, refuses_what_is_not_simulated, ends, is_refused):
         part(pathlib.Path(place))
 finish()

@@ -116,7 +116,7 @@ SimulatedBodies::Callback SimulatedBodies::described(const ModelledProcess::Call
                   .besides = {},
                   .waits = model.callbacks[index].waits,
                   .is_known = provenance != Provenance::unknown,
-                  .runs = component != nullptr,
+                  .runs = component != nullptr || running_ != nullptr,
                   .says_itself = said && provenance == Provenance::exact,
                   .sent = {},
                   .steps = {}};
@@ -207,7 +207,10 @@ Nanoseconds SimulatedBodies::time_of(const Callback& callback) {
 void SimulatedBodies::execute(Entity& entity, Slot& slot) {
   ++executions_;
   const auto found = callbacks_.find(&entity);
-  if (found == callbacks_.end()) return entity.execute(slot);  // of Takt itself
+  if (found == callbacks_.end()) {  // of Takt itself, or of a program, which has made it meanwhile
+    if (running_ != nullptr && unknown_.empty()) unknown_ = entity.name();
+    return entity.execute(slot);
+  }
   const TimePoint begin = clock_.now();
   run_body(found->second, entity, slot);
   note_execution(found->second, begin);
@@ -225,10 +228,7 @@ void SimulatedBodies::run_body(const Callback& callback, Entity& entity, Slot& s
     throw std::runtime_error("a fault of the scenario");
   }
   if (callback.says_itself) return entity.execute(slot);
-  if (callback.runs) {
-    const ManualClock::CountedElsewhere counted;
-    return entity.execute(slot);
-  }
+  if (callback.runs) return run_own_code(callback, entity, slot);
   entity.discard(slot);
   for (const Sent& sent : callback.sent) {
     if (Join* const join = sent.join; join != nullptr) {
@@ -241,6 +241,17 @@ void SimulatedBodies::run_body(const Callback& callback, Entity& entity, Slot& s
     }
     for (std::int64_t i = 0; i < sent.messages; ++i) sent.publisher->publish();
   }
+}
+
+void SimulatedBodies::run_own_code(const Callback& callback, Entity& entity, Slot& slot) {
+  const ManualClock::CountedElsewhere counted;
+  if (running_ == nullptr) return entity.execute(slot);
+  const struct Running {
+    std::atomic<const std::string*>& name;
+    ~Running() { name.store(nullptr); }
+  } running{*running_};
+  running_->store(&callback.name);
+  entity.execute(slot);
 }
 
 // ---- Where its chains were ----

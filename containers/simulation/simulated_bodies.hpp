@@ -3,6 +3,7 @@
 #ifndef TAKT_CONTAINERS_SIMULATION_SIMULATED_BODIES_HPP_
 #define TAKT_CONTAINERS_SIMULATION_SIMULATED_BODIES_HPP_
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -39,13 +40,15 @@ class StandInPublisher {
   ByteBuffer bytes_;
 };
 
-/// Bodies of components that say how long they run (takt::Workload) run; the others are skipped,
-/// and what they would publish is sent for them.
+/// Bodies of components that say how long they run (takt::Workload) run, and those of a program;
+/// the others are skipped, and what they would publish is sent for them.
 /// Thread safety: as ExecutionModel. Real-time: no.
 class SimulatedBodies final : public ExecutionModel {
  public:
-  SimulatedBodies(ManualClock& clock, bool draws, std::uint64_t seed, FaultInjection& faults)
-      : clock_(clock), draws_(draws), random_(seed), faults_(faults) {}
+  /// `running`: see SimulationOptions.
+  SimulatedBodies(ManualClock& clock, bool draws, std::uint64_t seed, FaultInjection& faults,
+                  std::atomic<const std::string*>* running)
+      : clock_(clock), draws_(draws), running_(running), random_(seed), faults_(faults) {}
 
   /// Of the callbacks of the process, in the order of the model; of the chains, which are measured;
   /// and what is measured of dispatches. Throws Error for what it cannot stand in for.
@@ -103,6 +106,7 @@ class SimulatedBodies final : public ExecutionModel {
   };
 
   void run_body(const Callback& callback, Entity& entity, Slot& slot);
+  void run_own_code(const Callback& callback, Entity& entity, Slot& slot);
   void note_execution(const Callback& callback, TimePoint begin);
   void add_chain(const PlannedChain& planned);
   Callback described(const ModelledProcess::Callback& callback, const SystemModel& model,
@@ -114,6 +118,7 @@ class SimulatedBodies final : public ExecutionModel {
 
   ManualClock& clock_;
   const bool draws_;
+  std::atomic<const std::string*>* const running_;
   Nanoseconds dispatch_{0};
   MeasuredTimes seen_dispatch_;  // what is drawn instead
   Draws random_;

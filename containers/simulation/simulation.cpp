@@ -18,6 +18,7 @@
 #include "takt/containers/simulation/fault_injection.hpp"
 #include "takt/containers/simulation/first_releases.hpp"
 #include "takt/containers/simulation/simulated_bodies.hpp"
+#include "takt/containers/simulation/simulated_machine.hpp"
 #include "takt/containers/simulation/simulated_processes.hpp"
 #include "takt/containers/simulation/wire.hpp"
 #include "takt/entities/task_runner.hpp"
@@ -238,37 +239,6 @@ struct Source {
   std::function<TimePoint()> happen;  // and when it happens next
 };
 
-/// What is drawn of an overhead: what was measured, where the file states nothing.
-MeasuredTimes drawn_overhead(Nanoseconds stated, const MeasuredModel* measured,
-                             MeasuredTimes MeasuredModel::*overhead) {
-  return stated == Nanoseconds::zero() && measured != nullptr ? measured->*overhead
-                                                              : MeasuredTimes();
-}
-
-CpuModel::Options machine_of(const SystemDescription& system, const MeasuredModel* measured,
-                             const Scenario& scenario) {
-  const MachineDescription& machine = system.machine;
-  const analysis::Overheads overheads = overheads_of(machine, measured);
-  const Nanoseconds granted = *machine.rt_runtime;
-  CpuModel::Options options{
-      .cpus = {},
-      .change = Nanoseconds(overheads.context_switch),
-      .wake = Nanoseconds(overheads.wake),
-      .realtime = granted < std::chrono::seconds(1) ? std::optional(granted) : std::nullopt};
-  for (const int cpu : machine.cpus) {
-    const auto speed = machine.speed.find(cpu);
-    options.cpus.push_back(
-        {.number = cpu, .speed = speed != machine.speed.end() ? speed->second : 1});
-  }
-  const MeasuredTimes seen = drawn_overhead(machine.wake, measured, &MeasuredModel::wake_overhead);
-  if (scenario.times == Scenario::Times::drawn && seen.are_distributed()) {
-    options.drawn_wake = [seen, draws = Draws(~scenario.seed)]() mutable {
-      return draws.one_of(seen);
-    };
-  }
-  return options;
-}
-
 /// After all threads are there: what is due before depends on when they come.
 void set_phases(const ModelledProcess& process, const SystemModel& model, FirstReleases& first) {
   for (std::size_t i = 0; i < process.callbacks.size(); ++i) {
@@ -394,13 +364,17 @@ ContainerOverrides simulated(ContainerOverrides overrides, ManualClock& clock,
 
 }  // namespace
 
-SimulatedRun Simulation::run(Scenario scenario) const {
+ManualClock Simulation::make_clock(const Scenario& scenario) const {
+  const MeasuredModel* const measured = options_.measured ? &*options_.measured : nullptr;
+  return {kSimulationBegin, machine_of(system_, measured, scenario)};
+}
+
+SimulatedRun Simulation::run(Scenario scenario, ManualClock& clock) const {
   const MeasuredModel* const measured = options_.measured ? &*options_.measured : nullptr;
   const bool draws = scenario.times == Scenario::Times::drawn;
-  ManualClock clock(kSimulationBegin, machine_of(system_, measured, scenario));
   FaultInjection faults(clock);
   Wire wire(clock, faults, draws, ~(2 * scenario.seed));
-  SimulatedBodies bodies(clock, draws, 2 * scenario.seed, faults);
+  SimulatedBodies bodies(clock, draws, 2 * scenario.seed, faults, options_.running);
   FirstReleases first(scenario, options_.duration);
   std::vector<Source> sources;
   std::vector<CpuModel::Change> changes;  // the clock moves until the containers have ended

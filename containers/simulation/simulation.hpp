@@ -3,12 +3,14 @@
 #ifndef TAKT_CONTAINERS_SIMULATION_SIMULATION_HPP_
 #define TAKT_CONTAINERS_SIMULATION_SIMULATION_HPP_
 
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "takt/base/manual_clock.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/containers/container.hpp"
 #include "takt/containers/simulation/scenario.hpp"
@@ -21,6 +23,9 @@ struct SimulationOptions {
   Nanoseconds duration = std::chrono::seconds(10);
   FaultKinds faults = {};  // the seed draws some of these, unless the scenario has some
   double speed = 1;        // of all CPUs, times those of the file
+  /// Of a program, which has made its nodes (`overrides.find_node`): the bodies of its callbacks
+  /// run, and here is the name of the one that does. nullptr: the system has components.
+  std::atomic<const std::string*>* running = nullptr;
 };
 
 struct SimulatedRun {
@@ -62,7 +67,13 @@ class Simulation {
   Simulation(SystemDescription system, SimulationOptions options);
 
   /// The same for the same scenario. Throws Error, also for what is seen only now.
-  SimulatedRun run(Scenario scenario) const;
+  SimulatedRun run(const Scenario& scenario) const {
+    ManualClock clock = make_clock(scenario);
+    return run(scenario, clock);
+  }
+  /// The same in two steps, for nodes that are made between these: on this clock.
+  ManualClock make_clock(const Scenario& scenario) const;
+  SimulatedRun run(Scenario scenario, ManualClock& clock) const;
   /// What it leaves out, for people.
   const std::vector<std::string>& notes() const noexcept { return notes_; }
   /// A callback of a thread that sleeps has begun so long after its release, at the latest, if no

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "takt/executors/wait_backends/wait_backend.hpp"
+#include "takt/programs/simulated_program.hpp"
 
 #include "rclcpp/rate.hpp"
 #include "rclcpp/utilities.hpp"
@@ -19,6 +20,7 @@ class Sleep final : takt::SimulatedClock::Listener, takt::Wakeable {
  public:
   Sleep(const Clock& clock, Context& context)
       : clock_(clock), context_(context), begin_(clock.read()) {
+    takt::programs::refuse("sleeps by a Clock or a Rate");
     if (clock_.simulated() != nullptr) clock_.simulated()->add(*this);
     context_.add_waiter(*this);
   }
@@ -84,9 +86,15 @@ bool Clock::ros_time_is_active() const {
   return simulated_ != nullptr && simulated_->simulates();
 }
 
+std::chrono::system_clock::time_point detail::system_now() {
+  takt::Clock& steady = takt::Clock::steady();
+  if (steady.as_manual() == nullptr) return std::chrono::system_clock::now();
+  return std::chrono::system_clock::time_point(steady.now().time_since_epoch());
+}
+
 takt::SourceTime Clock::read() const {
   const auto of_system = [] {
-    return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch());
+    return std::chrono::nanoseconds(detail::system_now().time_since_epoch());
   };
   if (simulated_ != nullptr) return simulated_->read(of_system);
   return {type_ == RCL_STEADY_TIME ? takt::Clock::steady().now().time_since_epoch() : of_system(),

@@ -153,6 +153,7 @@ bool Context::remove_pre_shutdown_callback(const PreShutdownCallbackHandle& hand
 }
 
 bool Context::sleep_for(const std::chrono::nanoseconds& duration) {
+  takt::programs::refuse("waits for a time in main() or in a callback");
   const takt::TimePoint end = takt::later(takt::Clock::steady().now(), duration);
   std::unique_lock lock(mutex_);
   ended_.wait_until(lock, end, [&] { return !is_valid(); });
@@ -165,6 +166,7 @@ const detail::Arguments& Context::arguments() const {
 std::shared_ptr<takt::Participant> Context::participant() {
   const std::lock_guard lock(mutex_);
   if (container_) return container_->participant.lock();  // which has DDS, or not
+  if (takt::programs::is_simulated()) return nullptr;
   auto participant = participant_.lock();
   if (participant == nullptr) {
     takt::DdsOptions options;
@@ -211,7 +213,7 @@ Context::SharedPtr or_default(Context::SharedPtr context) {
 void init(int argc, char const* const* argv, const InitOptions& options,
           SignalHandlerOptions signals) {
   contexts::get_global_default_context()->init(argc, argv, options);
-  install_signal_handlers(signals);
+  if (!takt::programs::is_simulated()) install_signal_handlers(signals);
 }
 std::vector<std::string> init_and_remove_ros_arguments(int argc, char const* const* argv,
                                                        const InitOptions& options) {

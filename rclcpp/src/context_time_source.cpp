@@ -5,9 +5,12 @@
 
 #include <unistd.h>
 
+#include "takt/programs/simulated_program.hpp"
+
 namespace rclcpp::detail {
 
 void ContextTimeSource::start() {
+  takt::programs::refuse("follows /clock (use_sim_time)");
   const std::lock_guard lock(mutex_);
   if (node_ != nullptr) return;
   takt::NodeOptions options;

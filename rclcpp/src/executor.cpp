@@ -73,6 +73,7 @@ class Executor::Spinning : public takt::programs::LongSpin {
   Spinning& operator=(const Spinning&) = delete;
 
   void cancel() override { executor_.cancel(); }
+  void shut_down() override { executor_.context_->shutdown("the simulation is over"); }
   bool is_valid() const override { return executor_.context_->is_valid(); }
 
  private:

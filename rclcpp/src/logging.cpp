@@ -214,7 +214,7 @@ void log(const Logger& logger, int severity, const LogLocation& where, const cha
   va_start(arguments, format);
   const std::string message = formatted(format, arguments);
   va_end(arguments);
-  const Line line{severity, std::chrono::system_clock::now(), where, logger.get_name(), message};
+  const Line line{severity, detail::system_now(), where, logger.get_name(), message};
   console->write(line);
   if (const auto publisher = rosout_of(logger.get_name())) publish(*publisher, line);
 }

@@ -3,13 +3,15 @@
 
 #include <algorithm>
 
+#include "rclcpp/clock.hpp"
+
 namespace rclcpp {
 
 MessageInfo::MessageInfo(const takt::MessageInfo& info) : info_{} {
   const auto since_1970 = [](std::chrono::system_clock::time_point time) {
     return std::chrono::nanoseconds(time.time_since_epoch()).count();
   };
-  info_.received_timestamp = since_1970(std::chrono::system_clock::now());
+  info_.received_timestamp = since_1970(detail::system_now());
   info_.source_timestamp = since_1970(info.source_time);
   // One of this process has the time of the steady clock only.
   if (info_.source_timestamp == 0 && info.publish_time != takt::TimePoint{}) {

@@ -5,6 +5,8 @@
 #include <iterator>
 #include <utility>
 
+#include "takt/programs/simulated_program.hpp"
+
 namespace rclcpp::detail {
 
 WaitSetCore::WaitSetCore(Context::SharedPtr context)
@@ -87,6 +89,7 @@ WaitResultKind WaitSetCore::wait(std::chrono::nanoseconds timeout) {
     const std::lock_guard lock(mutex_);
     if (members_.empty()) return WaitResultKind::Empty;
   }
+  takt::programs::refuse("waits with a WaitSet");
   if (!context_->is_valid()) return WaitResultKind::Timeout;
   const auto& ready = set_.wait(timeout);
   collect(ready);

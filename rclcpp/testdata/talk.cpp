@@ -1,7 +1,8 @@
 // A program written for rclcpp, which run_test.py runs. Its words say how it ends: nothing, at a
 // signal; "calls N STATUS": after so many calls, with this status; "hangs": never, once it spins.
 // "own": what listens has an executor of its own. "looks": once, at the nodes, when it has found a
-// publisher.
+// publisher. "threads", "sleeps", "clocks": so does its timer. "naps", "steps", "leaves": so it
+// does before it spins, instead of that, and without.
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
 #include <cstdlib>
@@ -17,10 +18,13 @@ using namespace std::chrono_literals;
 
 class Talker : public rclcpp::Node {
  public:
-  explicit Talker(int most)
+  Talker(int most, const std::string& deed)
       : Node("talker"),
         publisher_(create_publisher<std_msgs::msg::String>("chatter", 10)),
-        timer_(create_wall_timer(1ms, [this, most] {
+        timer_(create_wall_timer(1ms, [this, most, deed] {
+          if (deed == "threads") std::thread([] {}).join();
+          if (deed == "sleeps") std::this_thread::sleep_for(1ms);
+          if (deed == "clocks") last_ = std::chrono::steady_clock::now();
           if (calls_ == 0) std::cout << "it talks" << std::endl;
           publisher_->publish(std_msgs::msg::String());
           if (++calls_ == most) rclcpp::shutdown();
@@ -28,6 +32,7 @@ class Talker : public rclcpp::Node {
 
  private:
   int calls_ = 0;
+  std::chrono::steady_clock::time_point last_;
   rclcpp::Publisher<std_msgs::msg::String>::SharedPtr publisher_;
   rclcpp::TimerBase::SharedPtr timer_;
 };
@@ -77,16 +82,20 @@ int main(int argc, char** argv) {
   }
   const bool has_own_group = words.size() > 1 && words[1] == "own";
   const bool hangs = words.size() > 1 && words[1] == "hangs";
+  const std::string deed = words.size() > 1 ? words[1] : "";
+  if (deed == "naps") rclcpp::Rate(100).sleep();
   const int most = words.size() > 3 ? std::atoi(words[2].c_str()) : 0;
   {
     rclcpp::executors::SingleThreadedExecutor executor, own;
-    const auto talker = std::make_shared<Talker>(most);
+    const auto talker = std::make_shared<Talker>(most, deed);
     const auto listener = std::make_shared<Listener>(has_own_group);
     executor.add_node(talker);
     executor.add_node(listener);
     if (has_own_group) {
       own.add_callback_group(listener->group(), listener->get_node_base_interface());
     }
+    if (deed == "leaves") return 0;
+    while (deed == "steps" && rclcpp::ok()) executor.spin_some();
     executor.spin();
   }
   while (hangs) std::this_thread::sleep_for(1h);

@@ -19,6 +19,7 @@
 #include "takt/base/pi_mutex.hpp"
 #include "takt/entities/client.hpp"
 
+#include "rclcpp/clock.hpp"
 #include "rclcpp/detail/refused.hpp"
 #include "rclcpp/detail/service_introspection.hpp"
 #include "rclcpp/macros.hpp"
@@ -223,7 +224,7 @@ class Client : public ClientBase {
   }
   template <class Value>
   std::int64_t send(const Request& request, std::shared_ptr<Call<Value>> call) {
-    const auto now = std::chrono::system_clock::now();
+    const auto now = detail::system_now();
     const std::int64_t id =
         typed()->async_send_request(request, [call = std::move(call)](const Response* response) {
           if (response != nullptr) call->end(*response);

@@ -78,6 +78,11 @@ class Clock {
   const std::shared_ptr<takt::SimulatedClock> simulated_;
 };
 
+namespace detail {
+/// Of the system; of a program that is simulated, the virtual time.
+std::chrono::system_clock::time_point system_now();
+}  // namespace detail
+
 }  // namespace rclcpp
 
 #endif  // RCLCPP__CLOCK_HPP_

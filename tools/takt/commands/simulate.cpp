@@ -25,9 +25,11 @@
 #include "prompt/values.hpp"
 #include "run/end_signals.hpp"
 #include "run/live_line.hpp"
+#include "run/program.hpp"
 #include "run/result_json.hpp"
 #include "run/result_tables.hpp"
 #include "run/trace.hpp"
+#include "simulate/program_simulation.hpp"
 #include "simulate/replay.hpp"
 #include "table.hpp"
 
@@ -84,6 +86,7 @@ struct Known {
 /// By the analysis, on the same machine. Call it when no simulation is under way: nodes have names.
 Known known_of(SystemDescription system, const Simulation& simulation, const Options& options) {
   AnalyzeOptions how{.model = options.model, .overrides = {}, .is_for_here = false};
+  if (!program_words().empty()) how.nodes = nodes_of_program(program_words(), options.file);
   how.overrides.executor = options.executor;
   how.overrides.mode = options.mode;
   how.overrides.placement = parse_placement(options.placement);
@@ -130,23 +133,35 @@ json document_of(const Results& all, const Simulation& simulation, const Known& 
   return result;
 }
 
+SimulatedOnce run_once(const Simulation& simulation, const Options& options,
+                       const Scenario& scenario) {
+  if (!program_words().empty())
+    return simulate_program(simulation, options, options.faults, scenario);
+  SimulatedOnce once{.simulated = simulation.run(scenario), .run = {}};
+  if (!once.simulated.result.failures.empty())
+    throw std::runtime_error(fmt::format("{}", fmt::join(once.simulated.result.failures, "\n")));
+  once.run = rt::run_of(once.simulated.result);
+  return once;
+}
+
 Results simulate(const Simulation& simulation, const Options& options) {
   Results all;
-  const EndSignals signals;  // for as long as it simulates
+  std::optional<EndSignals> signals;  // for as long as it simulates; a program has its own
+  if (program_words().empty()) signals.emplace();
   ScenarioSearch search(options.seed);
   const LiveLine line("simulating");
   for (std::uint64_t& i = all.count; i < options.runs; ++i) {
-    all.signal = signals.take();
+    if (signals) all.signal = signals->take();
     if (all.signal != 0) break;
-    SimulatedRun simulated =
-        simulation.run(!options.replayed.empty() ? parse_scenario(options.replayed)
-                       : options.searches        ? search.next()
-                                                 : scenario_of(options, i));
+    SimulatedOnce once = run_once(simulation, options,
+                                  !options.replayed.empty() ? parse_scenario(options.replayed)
+                                  : options.searches        ? search.next()
+                                                            : scenario_of(options, i));
+    const SimulatedRun& simulated = once.simulated;
     search.add(simulated, simulation.time_to_begin());
-    if (!simulated.result.failures.empty())
-      throw std::runtime_error(fmt::format("{}", fmt::join(simulated.result.failures, "\n")));
-    rt::Run run = rt::run_of(std::move(simulated.result));
-    run.file = options.file;
+    if (!signals) all.signal = once.signal;
+    rt::Run& run = once.run;
+    run.file = with_program(options.file);
     name_executor(run, options.as, options.executor, options.placement);
     run.scheduler = options.scheduler.empty() ? "file" : options.scheduler;
     run.repeat = i;
@@ -173,7 +188,19 @@ Results simulate(const Simulation& simulation, const Options& options) {
                     fmt::format(" when {} of {} runs were complete", all.count, options.runs));
 }
 
+void check_program(const Options& options) {
+  const bool is_program = !program_words().empty();
+  if (options.file.empty() && !is_program) throw CLI::RequiredError("FILE");
+  if (options.file.empty()) {
+    throw UsageError("a program is simulated with a FILE, which says how long its callbacks take",
+                     "let it write one: TAKT_CONFIG_TEMPLATE");
+  }
+  if (is_program && !(options.as.empty() && options.trace.empty()))
+    throw UsageError("--as and --trace are for containers, not for a program", "leave them out");
+}
+
 void run(const Options& options) {
+  check_program(options);
   if (!options.json.empty() && options.runs > kMostInJson) {
     throw UsageError(fmt::format("--json has each run, of at most {}", kMostInJson),
                      "make fewer runs, or leave it out");
@@ -240,10 +267,8 @@ void add_scenario_options(CLI::App& command, Options& options) {
 
 void set_up(CLI::App* command) {
   const auto options = std::make_shared<Options>();
-  command
-      ->add_option("FILE", options->file,
-                   "A configuration file; its components are made, and their code does not run")
-      ->required();
+  command->add_option("FILE", options->file,
+                      "A configuration file; its components are made, and their code does not run");
   command->add_option("--model", options->model,
                       "A file of `takt model`, with measured execution times and arrivals");
   add_scenario_options(*command, *options);
@@ -285,12 +310,15 @@ void set_up(CLI::App* command) {
       "  takt simulate robot.yaml --duration 60s\n"
       "  takt simulate robot.yaml --model robot.model.yaml --runs 100 --search\n"
       "  takt simulate robot.yaml --model robot.model.yaml --replay 7,worst --trace worst.json\n"
-      "  takt simulate robot.yaml --executor events --cpus 4\n");
+      "  takt simulate robot.yaml --executor events --cpus 4\n"
+      "With -- PROGRAM [ARGUMENT]... FILE is the TAKT_CONFIG of a program written for rclcpp, "
+      "whose "
+      "code\nruns.\n");
   command->callback([options] { run(*options); });
 }
 const Command registered("simulate",
                          "Runs a file under a virtual clock, and looks for its worst latencies",
-                         set_up);
+                         set_up, Command::Takes::program);
 
 }  // namespace
 }  // namespace takt::tools::simulate_command

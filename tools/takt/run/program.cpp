@@ -42,20 +42,26 @@ std::string absolute_path(const std::string& file) {
   return file.empty() ? "" : std::filesystem::absolute(file).string();
 }
 
-/// What counts allocations, to be preloaded.
-std::string allocation_counter() {
-  const auto library = path_of_takt().parent_path() / "takt" / "libtakt_allocations.so";
+/// What is to be preloaded; `what` needs it.
+std::string part_of_takt(const char* name, const char* what) {
+  const auto library = path_of_takt().parent_path() / "takt" / name;
   if (!std::filesystem::exists(library)) {
-    throw Error(fmt::format("--allocations: there is no library '{}'", library.string()),
+    throw Error(fmt::format("{}: there is no library '{}'", what, library.string()),
                 "install Takt whole, or leave the option out");
   }
   return library.string();
+}
+
+std::string preloaded(const ProgramRun& run) {
+  if (run.counts_allocations) return part_of_takt("libtakt_allocations.so", "--allocations");
+  return run.simulated.empty() ? "" : part_of_takt("libtakt_simulated.so", "-- PROGRAM");
 }
 
 struct Start {
   const std::vector<std::string>& words;
   std::vector<std::pair<const char*, std::string>> variables;  // those that are not empty are set
   bool has_stdout;
+  bool keeps_others = true;  // variables of Takt that somebody has set
 };
 
 /// Does not return. Writes errno to the descriptor if it cannot be started.
@@ -68,11 +74,13 @@ struct Start {
   if (isatty(STDIN_FILENO) != 0) dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
   if (!start.has_stdout) dup2(STDERR_FILENO, STDOUT_FILENO);
   // What somebody else has asked for is not what we do.
-  for (const char* name : {"TAKT_RESULTS", "TAKT_TRACE", "TAKT_NODES", "TAKT_CONFIG_TEMPLATE"}) {
+  for (const char* name :
+       {"TAKT_RESULTS", "TAKT_TRACE", "TAKT_NODES", "TAKT_CONFIG_TEMPLATE", "TAKT_SIMULATE"}) {
     unsetenv(name);
   }
   for (const auto& [name, value] : start.variables) {
     if (!value.empty()) setenv(name, value.c_str(), /*overwrite=*/1);
+    if (value.empty() && !start.keeps_others) unsetenv(name);
   }
   std::vector<std::string> words = start.words;
   std::vector<char*> argv;
@@ -189,7 +197,7 @@ json read_written(const std::string& path, const char* key, const Ended& ended,
 
 }  // namespace
 
-FinishedRun run_program(const ProgramRun& run) {
+ProgramResults results_of_program(const ProgramRun& run) {
   const EndSignals signals;  // lets no signal end this process before the folder has gone
   const TemporaryFolder folder;
   const std::string results = folder / "results.json";
@@ -201,16 +209,26 @@ FinishedRun run_program(const ProgramRun& run) {
               {"TAKT_PLACEMENT", run.placement},
               {"TAKT_SCHEDULER", run.scheduler},
               {"TAKT_TRACE", run.trace_events == 0 ? "" : std::to_string(run.trace_events)},
-              {"LD_PRELOAD", run.counts_allocations ? allocation_counter() : ""}},
-             run.has_stdout});
+              {"TAKT_SIMULATE", run.simulated},
+              {"LD_PRELOAD", preloaded(run)}},
+             run.has_stdout,
+             run.simulated.empty()});
   begin_work();
   const Ended ended = wait_for_end(child, run.duration, signals);
   const std::string failure = failure_of(ended, run.words.front());
-  const json written =
-      read_written(results, "runs", ended, run.words.front(), "written no results");
-  FinishedRun finished{.run = rt::read_runs(written, results + ": ").at(0), .signal = ended.signal};
-  if (!failure.empty()) finished.failed.push_back(failure);
-  return finished;
+  ProgramResults done{
+      .written = read_written(results, "runs", ended, run.words.front(), "written no results"),
+      .failed = {},
+      .signal = ended.signal};
+  if (!failure.empty()) done.failed.push_back(failure);
+  return done;
+}
+
+FinishedRun run_program(const ProgramRun& run) {
+  ProgramResults done = results_of_program(run);
+  return {.run = rt::read_runs(done.written, "the program's results: ").at(0),
+          .failed = std::move(done.failed),
+          .signal = done.signal};
 }
 
 json nodes_of_program(const std::vector<std::string>& words, const std::string& file) {

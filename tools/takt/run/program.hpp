@@ -21,12 +21,22 @@ struct ProgramRun {
   std::size_t trace_events = 0;  // see ExecutorOptions
   bool counts_allocations = false;
   bool has_stdout = true;  // false: what it writes there goes to stderr
+  std::string simulated;   // for TAKT_SIMULATE: without other variables of Takt; empty: it runs
+};
+
+/// What a program has written, and how it ended.
+struct ProgramResults {
+  nlohmann::json written;
+  std::vector<std::string> failed;
+  int signal = 0;
 };
 
 /// Runs it in a process group of its own, by TAKT_RESULTS. At the end of the duration the group
 /// receives SIGINT, and each signal that arrives here; after kEndLimit, or with the second signal,
-/// it is killed. Returns what run_processes does. Throws Error if it cannot be started or has
+/// it is killed. Throws Error if it cannot be started or has
 /// written no results; std::runtime_error if it failed without any.
+ProgramResults results_of_program(const ProgramRun& run);
+/// The same, as run_processes returns it.
 FinishedRun run_program(const ProgramRun& run);
 
 /// Starts the program with the file as its TAKT_CONFIG until it spins, and returns the nodes of the

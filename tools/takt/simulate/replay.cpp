@@ -19,7 +19,6 @@
 #include "shell_word.hpp"
 
 namespace takt::tools {
-namespace {
 
 Settings settings_of(const SimulatedFile& file) {
   Settings result;
@@ -33,6 +32,8 @@ Settings settings_of(const SimulatedFile& file) {
   }
   return result;
 }
+
+namespace {
 
 /// Of execution times.
 std::map<std::string, double, std::less<>> scales_of(const SimulatedFile& file) {

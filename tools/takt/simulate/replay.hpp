@@ -23,6 +23,8 @@ struct SimulatedFile {
   double speed = 1;
 };
 
+/// Throws Error for what is not KEY=VALUE.
+Settings settings_of(const SimulatedFile& file);
 /// Throws Error for a bad file.
 SystemDescription system_of(const SimulatedFile& file);
 SimulationOptions options_of(const SystemDescription& system, const SimulatedFile& file);

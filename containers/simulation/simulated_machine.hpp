@@ -1,0 +1,23 @@
+// The virtual machine that a description states.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_SIMULATION_SIMULATED_MACHINE_HPP_
+#define TAKT_CONTAINERS_SIMULATION_SIMULATED_MACHINE_HPP_
+
+#include "takt/base/cpu_model.hpp"
+#include "takt/containers/configuration/system_description.hpp"
+#include "takt/containers/model/measured_model.hpp"
+#include "takt/containers/simulation/scenario.hpp"
+
+namespace takt {
+
+/// What is drawn of an overhead: what was measured, where the file states nothing.
+MeasuredTimes drawn_overhead(Nanoseconds stated, const MeasuredModel* measured,
+                             MeasuredTimes MeasuredModel::*overhead);
+
+/// Its CPUs and their overheads, which a scenario may draw.
+CpuModel::Options machine_of(const SystemDescription& system, const MeasuredModel* measured,
+                             const Scenario& scenario);
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_SIMULATION_SIMULATED_MACHINE_HPP_
