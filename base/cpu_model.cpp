@@ -189,6 +189,11 @@ void CpuModel::occupy(Thread& thread, Nanoseconds time, TimePoint now) {
   thread.keeps_time_ = true;
 }
 
+void CpuModel::end_work(Thread& thread, TimePoint now) {
+  account(now);
+  thread.work_ = std::min<std::int64_t>(0, thread.work_);
+}
+
 void CpuModel::sleep(Thread& thread, TimePoint now) {
   account(now);
   thread.is_awake_ = thread.is_throttled_ = false;

@@ -109,6 +109,8 @@ class CpuModel {
   void work(Thread& thread, Nanoseconds amount, TimePoint now);
   /// The same, for so long at any speed.
   void occupy(Thread& thread, Nanoseconds time, TimePoint now);
+  /// It is awake, and needs no more time for what it does.
+  void end_work(Thread& thread, TimePoint now);
   void sleep(Thread& thread, TimePoint now);
   /// When something happens to a thread that is awake; kNever: it waits for a CPU.
   TimePoint next_event(const Thread& thread) const;

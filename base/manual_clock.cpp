@@ -34,17 +34,25 @@ TimePoint ManualClock::now() const noexcept {
 // ---- What happens next ----
 
 TimePoint ManualClock::next_event(const Participant& participant) const noexcept {
-  if (participant.state_ == State::working && cpus_) return cpus_->next_event(participant.thread);
-  return participant.wake_time_;
+  if (!cpus_ || participant.state_ == State::sleeping) return participant.wake_time_;
+  const TimePoint next = cpus_->next_event(participant.thread);
+  return participant.state_ == State::searching ? std::min(next, participant.wake_time_) : next;
 }
 
 // True: it goes on, now.
 bool ManualClock::happen(Participant& participant) noexcept {
   if (!cpus_) return true;
-  if (participant.state_ == State::working) return cpus_->happen(participant.thread, now());
-  participant.state_ = State::working;
-  cpus_->wake(participant.thread, now());
-  return false;
+  if (participant.state_ == State::sleeping) {
+    participant.state_ = State::working;
+    cpus_->wake(participant.thread, now());
+    return false;
+  }
+  if (participant.state_ == State::searching && participant.wake_time_ <= now()) {
+    participant.state_ = State::working;  // perhaps it has no CPU now
+    cpus_->end_work(participant.thread, now());
+    return false;
+  }
+  return cpus_->happen(participant.thread, now());
 }
 
 // The one that runs next; nullptr: nobody before the target. At one instant, things happen to
@@ -166,10 +174,25 @@ bool ManualClock::wait(Participant& self, TimePoint deadline) noexcept {
   return std::exchange(self.token_, false);
 }
 
+bool ManualClock::search(Participant& self, TimePoint deadline) noexcept {
+  if (!cpus_) return wait(self, deadline);
+  std::unique_lock lock(mutex_);
+  if (!self.token_) {
+    if (deadline <= now()) return false;
+    self.wake_time_ = deadline;
+    cpus_->occupy(self.thread, Nanoseconds::max(), now());
+    block(self, State::searching, lock);
+    if (!lock.owns_lock()) lock.lock();
+  }
+  return std::exchange(self.token_, false);
+}
+
 void ManualClock::wake(Participant& self) noexcept {
   const std::lock_guard lock(mutex_);
-  if (std::exchange(self.token_, true) || self.state_ != State::sleeping) return;
-  self.wake_time_ = std::min(self.wake_time_, after_wake_up(now()));
+  if (std::exchange(self.token_, true)) return;
+  if (self.state_ == State::searching) self.wake_time_ = now();
+  if (self.state_ == State::sleeping)
+    self.wake_time_ = std::min(self.wake_time_, after_wake_up(now()));
 }
 
 ManualClock::CountedElsewhere::CountedElsewhere() noexcept {

@@ -52,9 +52,9 @@ class ManualClock final : public Clock {
 
    private:
     friend class ManualClock;
-    enum class State { absent, sleeping, working, running };
+    enum class State { absent, sleeping, searching, working, running };
     State state_ = State::absent;
-    TimePoint wake_time_ = kNever;  // of one that sleeps; without CPUs, also of one that works
+    TimePoint wake_time_ = kNever;  // of one that waits; without CPUs, also of one that works
     bool token_ = false;            // a wake-up that has not been consumed
     std::atomic<std::uint32_t> has_baton_{0};
   };
@@ -120,6 +120,8 @@ class ManualClock final : public Clock {
   void leave(Participant& self) noexcept;
   /// Blocks until `deadline` or a wake-up; true when it was a wake-up.
   bool wait(Participant& self, TimePoint deadline) noexcept;
+  /// The same, but it keeps its CPU, so it needs no time to go on.
+  bool search(Participant& self, TimePoint deadline) noexcept;
   void wake(Participant& self) noexcept;
 
  private:

@@ -39,6 +39,14 @@ bool is_of_container(const std::string& thread) {
   return std::find(kNames.begin(), kNames.end(), thread) != kNames.end();
 }
 
+/// Whether threads take callbacks of it in turn: one of them spins.
+bool is_pool(const ExecutorDescription& executor, const std::string& type) {
+  const ExecutorTraits traits = executors().traits(type);
+  if (traits.isolates) return executor.reentrant_threads > 1;
+  return executor.threads.empty() ? traits.pool
+                                  : std::min(executor.threads.size(), traits.max_threads) > 1;
+}
+
 }  // namespace
 
 // ---- What is simulated ----
@@ -86,8 +94,12 @@ void Simulation::refuse_what_differs() {
           "executors of the engine",
           executor.where);
     }
-    if (executor.spin != Nanoseconds::zero() || executor.early_wake != Nanoseconds::zero()) {
-      refuse(system_, fmt::format("`spin` and `early_wake` of executor '{}'", executor.name),
+    const bool spins =
+        executor.spin != Nanoseconds::zero() || executor.early_wake != Nanoseconds::zero();
+    if (spins && !options_.overrides.is_merged() && is_pool(executor, type)) {
+      refuse(system_,
+             fmt::format("`spin` and `early_wake` of executor '{}', which has several threads",
+                         executor.name),
              "leave them out: what comes meanwhile then pays `overheads: wake`", executor.where);
     }
   }

@@ -30,7 +30,7 @@ namespace {
 // With what the traits and the clock say.
 ExecutorOptions effective(ExecutorOptions options, const ExecutorTraits& traits) {
   if (options.scheduler.empty()) options.scheduler = traits.scheduler;
-  if (options.clock->as_manual() != nullptr)
+  if (options.clock->as_manual() != nullptr && !has_virtual_cpus(*options.clock))
     options.spin = options.early_wake = Nanoseconds::zero();
   return options;
 }

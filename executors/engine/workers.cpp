@@ -11,6 +11,7 @@
 #include "takt/base/error.hpp"
 #include "takt/base/spin_pause.hpp"
 #include "takt/base/tracepoints.hpp"
+#include "takt/executors/wait_backends/manual.hpp"
 
 namespace takt::detail {
 namespace {
@@ -31,6 +32,16 @@ bool share_a_cpu(const std::vector<ThreadAttributes>& threads) {
          std::all_of(threads.begin(), threads.end(), [&](const ThreadAttributes& thread) {
            return thread.policy != ThreadPolicy::deadline && cpus_of(thread) == first;
          });
+}
+
+// On virtual CPUs, where no time passes while a thread looks: it is woken as one that sleeps is,
+// and keeps its CPU until then.
+template <class MustLook>
+void wait_on_cpu(Sleepers& sleepers, WaitBackend& backend, std::size_t worker, TimePoint until,
+                 const MustLook& must_look) noexcept {
+  sleepers.begin();
+  const bool is_needed = must_look();
+  sleepers.end(!is_needed && static_cast<ManualWaitBackend&>(backend).search(worker, until));
 }
 
 }  // namespace
@@ -188,21 +199,29 @@ bool Workers::search(Worker& worker, TimePoint until, Nanoseconds patience,
   const TimePoint start = clock.now();
   TimePoint now = start, last = start;
   bool has_found = false;
-  do {
-    const TimePoint look = later(now, between_looks);
+  if (options_.clock->as_manual() != nullptr) {
+    wait_on_cpu(places_.sleepers_of(worker.index), places_.backend_of(worker.index), worker.index,
+                std::min(until, later(start, patience)),
+                [&] { return must_look(worker, expected); });
+    now = clock.now();
+    has_found = must_look(worker, expected);
+  } else {
     do {
-      spin_pause();
-      now = clock.now();
-    } while (now < look);
-    if (yields) sched_yield();
-    Search asked = Search::asked;
-    if (search_.load(std::memory_order_relaxed) == asked &&  // else it leaves the line to others
-        search_.compare_exchange_strong(asked, Search::quiet)) {
-      last = now;
-    }
-    has_found = must_look(worker, expected) || search_.load() == Search::called ||
-                (places_.watch_file_descriptors() && places_.look());
-  } while (!has_found && now < until && now - last < patience);
+      const TimePoint look = later(now, between_looks);
+      do {
+        spin_pause();
+        now = clock.now();
+      } while (now < look);
+      if (yields) sched_yield();
+      Search asked = Search::asked;
+      if (search_.load(std::memory_order_relaxed) == asked &&  // else it leaves the line to others
+          search_.compare_exchange_strong(asked, Search::quiet)) {
+        last = now;
+      }
+      has_found = must_look(worker, expected) || search_.load() == Search::called ||
+                  (places_.watch_file_descriptors() && places_.look());
+    } while (!has_found && now < until && now - last < patience);
+  }
   lock_.lock();
   if (lock_.is_shared() && search_.exchange(Search::none) != Search::quiet) has_found = true;
   set_wait(worker, kNever);

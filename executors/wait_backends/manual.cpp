@@ -55,7 +55,7 @@ void ManualWaitBackend::leave(std::size_t worker) noexcept {
   if (std::exchange(workers_[worker].joined, false)) clock_.leave(workers_[worker].participant);
 }
 
-bool ManualWaitBackend::wait(std::size_t worker, TimePoint deadline) noexcept {
+bool ManualWaitBackend::wait(std::size_t worker, TimePoint deadline, Wait how) noexcept {
   Worker& self = workers_[worker];
   {
     const std::lock_guard lock(mutex_);
@@ -64,7 +64,7 @@ bool ManualWaitBackend::wait(std::size_t worker, TimePoint deadline) noexcept {
   }
   // The caller of spin_once controls the clock until it has to wait.
   if (!self.joined) enter(worker, {});
-  const bool woken = clock_.wait(self.participant, deadline);
+  const bool woken = (clock_.*how)(self.participant, deadline);
   const std::lock_guard lock(mutex_);
   self.sleeping = false;
   if (!woken && posts_ != 0) return --posts_, true;

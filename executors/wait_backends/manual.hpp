@@ -22,7 +22,13 @@ class ManualWaitBackend final : public WaitBackend {
 
   void enter(std::size_t worker, const ThreadAttributes& thread) noexcept override;
   void leave(std::size_t worker) noexcept override;
-  bool wait(std::size_t worker, TimePoint deadline) noexcept override;
+  bool wait(std::size_t worker, TimePoint deadline) noexcept override {
+    return wait(worker, deadline, &ManualClock::wait);
+  }
+  /// The same for one that spins: it keeps its CPU.
+  bool search(std::size_t worker, TimePoint deadline) noexcept {
+    return wait(worker, deadline, &ManualClock::search);
+  }
   void post() noexcept override;
 
   bool serves_file_descriptors() const noexcept override { return true; }
@@ -36,6 +42,9 @@ class ManualWaitBackend final : public WaitBackend {
     bool joined = false;
     bool sleeping = false;
   };
+  using Wait = bool (ManualClock::*)(ManualClock::Participant&, TimePoint) noexcept;
+  bool wait(std::size_t worker, TimePoint deadline, Wait how) noexcept;
+
   ManualClock& clock_;
   std::mutex mutex_;  // guards posts_ and workers_
   std::size_t posts_ = 0;

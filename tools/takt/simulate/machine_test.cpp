@@ -106,6 +106,50 @@ container:
   EXPECT_EQ(simulation.run({}).result.chains.at(0).statistics.latency.max(), 5ms);
 }
 
+/// A timer on CPU 0, and a less urgent one.
+std::string spinning_file(std::string_view spins, int other_cpu) {
+  return fmt::format(R"(
+machine: {{cpus: 2, exclusive: true, rt_runtime: unlimited, overheads: {{wake: 100us}}}}
+threads: {{h: {{policy: SCHED_FIFO, priority: 80, affinity: [0]}}, l: {{policy: SCHED_FIFO, priority: 78, affinity: [{1}]}}}}
+executors: {{eh: {{type: events, threads: [h]{0}}}, el: {{type: events, threads: [l]}}}}
+chains: [{{name: high, path: [high/b_timer]}}, {{name: low, path: [low/a_timer]}}]
+container:
+  name: robot
+  components:
+    - {{component: takt::Workload, name: high, executor: eh, parameters: {{publishers: {{topic: [b], period_us: [10000], work_us: [1000]}}}}}}
+    - {{component: takt::Workload, name: low, executor: el, parameters: {{publishers: {{topic: [a], period_us: [10000], work_us: [2000]}}}}}}
+)",
+                     spins, other_cpu);
+}
+
+// Spinning was refused: what came meanwhile would have paid for waking up, and nobody for the spin.
+TEST(SimulatedMachine, AThreadThatSpinsKeepsItsCpu) {
+  struct Expected {
+    std::string_view spins;
+    int other_cpu;
+    Nanoseconds high, low, used;  // in each period, by the urgent thread
+  };
+  for (const Expected& expected :
+       {Expected{"", 0, 1100us, 3100us, 1000us},
+        Expected{", early_wake: 150us", 0, 1000us, 3000us, 1050us},
+        Expected{", spin: 300us", 0, 1100us, 3400us, 1300us},
+        Expected{", early_wake: 150us, spin: 300us", 0, 1000us, 3300us, 1350us},
+        Expected{", spin: always", 1, 1000us, 2100us, 10000us}}) {
+    const SystemDescription system =
+        ConfigurationFile("system.yaml", spinning_file(expected.spins, expected.other_cpu)).read();
+    const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 1s});
+    const SimulatedRun run = simulation.run(parse_scenario("1,worst,all=5ms"));
+    const auto& chains = run.result.chains;
+    EXPECT_EQ(chains.at(0).statistics.latency.max(), expected.high) << expected.spins;
+    EXPECT_EQ(chains.at(1).statistics.latency.max(), expected.low) << expected.spins;
+    EXPECT_NEAR(static_cast<double>(run.result.threads.at(0).statistics.cpu_time.count()),
+                100.0 * static_cast<double>(expected.used.count()), 1e6)
+        << expected.spins;
+    EXPECT_LE(expected.high, bound_of_chain(system, "high")) << expected.spins;
+    EXPECT_LE(expected.low, bound_of_chain(system, "low")) << expected.spins;
+  }
+}
+
 // The end of a run wakes all threads. A more urgent one that did so took the switches of it from a
 // callback that had begun, beyond its bound.
 TEST(SimulatedMachine, TheEndOfARunTakesNoTime) {

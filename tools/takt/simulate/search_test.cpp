@@ -47,6 +47,21 @@ std::map<std::string, Nanoseconds> bounds_of_chains(const SystemDescription& sys
   return result;
 }
 
+/// One of three executors with one thread spins, one wakes early.
+void let_some_spin(SystemDescription& system, std::uint64_t seed) {
+  std::mt19937_64 draws(~seed);
+  const auto draw = [&draws] {
+    constexpr Nanoseconds kSome[] = {5us, 20us, 100us, 1ms};
+    return draws() % 3 == 0 ? kSome[draws() % 4] : 0us;
+  };
+  for (ExecutorDescription& executor : system.executors) {
+    if (executor.threads.size() != 1 || executors().traits(executor.type).workers != nullptr)
+      continue;
+    executor.spin = draw();
+    executor.early_wake = draw();
+  }
+}
+
 SystemDescription random_one(std::uint64_t seed) {
   const RandomOptions options{.seed = seed,
                               .executors = executors_to_draw(),
@@ -55,8 +70,10 @@ SystemDescription random_one(std::uint64_t seed) {
   const std::string machine =
       "machine: {cpus: 2, rt_runtime: 950ms, exclusive: true, overheads: {dispatch: 5us, wake: "
       "20us, switch: 3us}}\n";
-  return ConfigurationFile("system.yaml", yaml_file(random_system(options).document) + machine)
-      .read();
+  SystemDescription system =
+      ConfigurationFile("system.yaml", yaml_file(random_system(options).document) + machine).read();
+  let_some_spin(system, seed);
+  return system;
 }
 
 Nanoseconds latency_in(const Simulation& simulation, const Scenario& scenario,

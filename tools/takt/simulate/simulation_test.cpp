@@ -425,9 +425,12 @@ TEST(Simulation, WhatCannotBeSimulatedIsRefusedByName) {
   using ::testing::HasSubstr;
   const std::string machine = "machine: {cpus: 4}\n";
   EXPECT_EQ(error(mute_file(machine)), "");
-  EXPECT_THAT(error(mute_file(machine, "affinity: [3]", "type: events, spin: 10us")),
+  std::string pool = mute_file(machine, "affinity: [3]", "type: events, spin: 10us");
+  EXPECT_EQ(error(pool), "");
+  pool.replace(pool.find("threads: [one]"), 14, "threads: [one, one]");
+  EXPECT_THAT(error(pool),
               HasSubstr("system.yaml:4: cannot simulate `spin` and `early_wake` of executor "
-                        "'default'"));
+                        "'default', which has several threads"));
   EXPECT_THAT(error(mute_file(machine, "affinity: [3]", "type: events", "a: {execution: 1ms}")),
               HasSubstr("cannot simulate '/mute/b': its execution time is not known"));
   EXPECT_THAT(

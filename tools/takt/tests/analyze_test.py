@@ -132,7 +132,10 @@ with tempfile.TemporaryDirectory() as folder:
           json.loads(shown[1])["runs"][0]["chains"][0]["latency_us"]["max"] == 1000 * float(takes[1]), output, errors, shown)
     spins = write("spins.yaml", stated + ROBOT.replace("DEADLINE", "20ms").replace("type: events", "type: events, spin: 10us"))
     status, output, errors = run(spins, "--simulate", "6", "--suggest", "off")
-    check("what cannot be simulated is named", "\nnot simulated: " in output and "cannot simulate `spin`" in output, output, errors)
+    check("threads that spin are simulated", re.search(r"^sense +20.000 +- +- +11.", output, re.M), output, errors)
+    clock = write("clock.yaml", stated + ROBOT.replace("DEADLINE", "20ms").replace("{publishers: {topic: [imu]", "{use_sim_time: true, publishers: {topic: [imu]"))
+    status, output, errors = run(clock, "--simulate", "6", "--suggest", "off")
+    check("what cannot be simulated is named", "\nnot simulated: " in output and "follows /clock" in output, output, errors)
 
     plain = write("plain.yaml", ROBOT.replace("DEADLINE", "20ms").replace("policy: SCHED_FIFO, priority: 40, ", ""))
     status, output, errors = run(plain)
