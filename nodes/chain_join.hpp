@@ -61,7 +61,7 @@ class JoiningInstances {
 class ChainJoin {
  public:
   // Limit: joined instances that a process remembers. At it: of older ones only the chain of the
-  // last input is measured. Seen: nothing.
+  // last input is measured. Seen: in a simulation, a note.
   static constexpr std::size_t kMostJoined = 1024;
 
   /// Throws Error when there are no inputs, or more than JoiningInstances::kMost.

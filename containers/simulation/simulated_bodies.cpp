@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/counted.hpp"
 #include "takt/base/error.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/containers/modes.hpp"
@@ -259,6 +260,9 @@ void SimulatedBodies::run_own_code(const Callback& callback, Entity& entity, Slo
 void SimulatedBodies::note_execution(const Callback& callback, TimePoint begin) {
   const Dispatch* const dispatch = Dispatch::current();
   if (dispatch == nullptr || callback.steps.empty()) return;
+  if (is_joined(dispatch->chain_instance) &&
+      instance_before_joins(dispatch->chain_instance) == dispatch->chain_instance)
+    ++forgotten_;
   const TimePoint end = clock_.now();
   for (const Step& step : callback.steps) {
     const auto root = root_release(*dispatch, step.path);
@@ -287,6 +291,15 @@ std::vector<std::vector<Nanoseconds>> SimulatedBodies::longest_instances() const
       moments.push_back(between(later(kSimulationBegin, Nanoseconds(1)), moment));
   }
   return result;
+}
+
+std::vector<std::string> SimulatedBodies::notes() const {
+  if (forgotten_ == 0) return {};
+  return {fmt::format(
+      "{} had waited for so long, behind more than {} other messages between processes or of "
+      "joins, "
+      "that the instances of chains that they belong to are known no more: these are not counted",
+      counted(forgotten_, "message"), ChainJoin::kMostJoined)};
 }
 
 std::vector<ProcessResult::ChainResult> SimulatedBodies::chains() const {

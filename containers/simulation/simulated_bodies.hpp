@@ -64,6 +64,8 @@ class SimulatedBodies final : public ExecutionModel {
   /// began and ended.
   std::vector<std::vector<Nanoseconds>> longest_instances() const;
   std::vector<ProcessResult::ChainResult> chains() const;
+  /// What it could not measure, for people.
+  std::vector<std::string> notes() const;
   /// A publisher on the topic of the subscription.
   StandInPublisher& publisher_for(const Entity& subscription);
 
@@ -131,7 +133,7 @@ class SimulatedBodies final : public ExecutionModel {
   // the search knows less of where it may be held up. Seen: nothing.
   static constexpr std::size_t kMostRecent = 1024;
   std::vector<Execution> recent_;  // a ring
-  std::uint64_t executions_ = 0, noted_ = 0;
+  std::uint64_t executions_ = 0, noted_ = 0, forgotten_ = 0;
   std::string unknown_;
 };
 

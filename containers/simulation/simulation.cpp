@@ -433,6 +433,7 @@ SimulatedRun Simulation::run(Scenario scenario, ManualClock& clock) const {
   add_changes(run, changes, set_virtual(run.result, use, options_.duration));
   add_what_is_not_covered(model, run.result.notes);
   add_notes(run, wire.notes());
+  add_notes(run, bodies.notes());
   add_notes(run, faulty.notes(options_.faults));
   if (!run.scenario.faults.empty())
     add_notes(run, {"these runs have faults, and bounds are of runs without"});

@@ -34,27 +34,31 @@ MessageBlock& copy_of(const MessageBlock& message, const IntraProcessReader& rea
   return *copy.release();
 }
 
+/// The instances of chains that a message belongs to. They are known when it is sent.
+std::optional<ChainJoin> instances_of(const Envelope& sent) {
+  if (sent.chain_instance == 0) return std::nullopt;
+  Dispatch sender{.callback = nullptr,
+                  .chain_instance = sent.chain_instance,
+                  .root_release = sent.root_release,
+                  .path = sent.path};
+  const Dispatch::Scope scope(sender);
+  std::optional<ChainJoin> result(1);
+  result->received(0);
+  return result;
+}
+
 // An instance of a chain begins anew, as it does where a message of another process is received: it
 // was sent then. That the instances of the sender go on with it is remembered as of a join, so that
 // chains are measured from end to end.
-Envelope received(const Envelope& sent, const Arrival& arrival) {
+Envelope received(std::optional<ChainJoin>& sent, const Arrival& arrival) {
   Dispatch receiver{.callback = nullptr,
                     .chain_instance = arrival.sequence,
                     .root_release = arrival.ready_time,
                     .path = 0};
   Envelope envelope{.sequence = arrival.sequence, .ready_time = arrival.ready_time};
-  if (sent.chain_instance == 0) return envelope;
-  ChainJoin process(1);
-  {
-    Dispatch sender{.callback = nullptr,
-                    .chain_instance = sent.chain_instance,
-                    .root_release = sent.root_release,
-                    .path = sent.path};
-    const Dispatch::Scope scope(sender);
-    process.received(0);
-  }
+  if (!sent) return envelope;
   const Dispatch::Scope scope(receiver);
-  process.combine();
+  sent->combine();
   envelope.chain_instance = receiver.chain_instance;
   envelope.root_release = receiver.root_release;
   return envelope;
@@ -117,18 +121,17 @@ void Wire::deliver(IntraProcessReader& reader, MessageBlock& message, const Arri
       draws_ ? random_.between(end.delay.least, end.delay.longest) : end.delay.longest;
   TimePoint& last = end.last[from->second];
   last = std::max(last, later(clock_.now(), delay));
-  MessageBlock& copy = copy_of(message, reader);
-  copy.envelope = message.envelope;
+  Message copy{&reader, &copy_of(message, reader), arrival, instances_of(message.envelope)};
   released.release(message);
-  if (has_ended_ || last <= clock_.now()) return arrive({&reader, &copy, arrival}, released);
-  under_way_.emplace(last, Message{&reader, &copy, arrival});
+  if (has_ended_ || last <= clock_.now()) return arrive(copy, released);
+  under_way_.emplace(last, std::move(copy));
   clock_.end_by(last);
 }
 
 // It comes now; when it was sent stays.
-void Wire::arrive(const Message& message, ReleasedMessages& released) {
+void Wire::arrive(Message& message, ReleasedMessages& released) {
   const Arrival arrival{next_sequence(), message.arrival.ready_time};
-  message.block->envelope = received(message.block->envelope, arrival);
+  message.block->envelope = received(message.instances, arrival);
   next_.deliver(*message.reader, *message.block, arrival, released);
 }
 
@@ -139,7 +142,10 @@ TimePoint Wire::next() const noexcept {
 void Wire::arrive() {
   ReleasedMessages released;
   const ReadSection section;
-  while (next() <= clock_.now()) arrive(under_way_.extract(under_way_.begin()).mapped(), released);
+  while (next() <= clock_.now()) {
+    const auto first = under_way_.extract(under_way_.begin());
+    arrive(first.mapped(), released);
+  }
 }
 
 void Wire::end() {

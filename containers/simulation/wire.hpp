@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -15,6 +16,7 @@
 #include "takt/base/manual_clock.hpp"
 #include "takt/containers/model/system_model.hpp"
 #include "takt/containers/simulation/draws.hpp"
+#include "takt/nodes/chain_join.hpp"
 #include "takt/transport/intra_process.hpp"
 
 namespace takt {
@@ -57,9 +59,10 @@ class Wire final : public DeliveryFilter {
     IntraProcessReader* reader;
     MessageBlock* block;
     Arrival arrival;
+    std::optional<ChainJoin> instances;  // of chains, that it belongs to
   };
 
-  void arrive(const Message& message, ReleasedMessages& released);
+  void arrive(Message& message, ReleasedMessages& released);
 
   ManualClock& clock_;
   DeliveryFilter& next_;

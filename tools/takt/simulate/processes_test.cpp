@@ -268,6 +268,37 @@ TEST(SimulatedProcesses, FaultsMeetWhatArrives) {
   EXPECT_EQ(chain_of(late).latency.max(), 8500us + 2ms);  // it would have come after 3 ms
 }
 
+// A thousand messages a second, of which each is under way, or waits for the reader, for 1.5 s:
+// what belongs together is remembered of 1,024 messages.
+TEST(SimulatedProcesses, WhatIsForgottenIsNoted) {
+  const auto run = [](std::string_view delay, int blocks_us) {
+    return simulation_of(of_processes(fmt::format(R"(
+machine: {{cpus: 2, rt_runtime: unlimited, exclusive: true}}
+threads: {{one: {{policy: SCHED_FIFO, priority: 50, affinity: [0]}}, two: {{policy: SCHED_FIFO, priority: 50, affinity: [1]}}}}
+executors: {{left: {{type: events, threads: [one]}}, right: {{type: events, threads: [two]}}}}
+topics: {{/a: {{delay: {}}}}}
+chains: [{{name: there, path: [sender/a_timer, reader/a]}}]
+containers:
+  - name: left
+    components: [{{component: takt::Workload, name: sender, executor: left, parameters: {{publishers: {{topic: [a], period_us: [1000]}}}}}}]
+  - name: right
+    components:
+      - {{component: takt::Workload, name: reader, executor: right, parameters: {{subscriptions: {{topic: [a], depth: [2000]}}}}}}
+      - {{component: takt::Workload, name: block, executor: right, parameters: {{publishers: {{topic: [c], period_us: [10000000], work_us: [{}]}}}}}}
+)",
+                                                  delay, blocks_us)),
+                         4s)
+        .run({});
+  };
+  const auto forgotten = Contains(HasSubstr("are known no more: these are not counted"));
+  const SimulatedRun under_way = run("1500ms", 1);
+  EXPECT_EQ(chain_of(under_way).instances, 4000u);
+  EXPECT_THAT(under_way.result.notes, ::testing::Not(forgotten));
+  const SimulatedRun waits = run("0ms", 1'500'000);
+  EXPECT_LT(chain_of(waits).instances, 3600u);
+  EXPECT_THAT(waits.result.notes, forgotten);
+}
+
 // Only what a person can do something about is said.
 TEST(SimulatedProcesses, WhatNothingTellsIsNoted) {
   const auto notes = [](std::string_view top, std::string_view delay) {
