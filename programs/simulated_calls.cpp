@@ -66,7 +66,7 @@ Function* next(Function* /*unused*/, const char* name) {
   }
 
 extern "C" {
-/// Whoever finds it knows that this library is loaded.
+/// A program that finds it has this library.
 void takt_simulated_is_loaded() noexcept {
 }
 
