@@ -218,7 +218,7 @@ chains: [{{name: c, path: [d/d_timer]}}, {{name: k, path: [k/x]}}]
                                               .uncaused_distances = {10ms}}}};
   EXPECT_EQ(found("", "", "", &measured).bound().bound, bound);
   EXPECT_THAT([&] { found(kArrival, "callbacks: {x: {arrival: {period: 20ms}}}"); },
-              ThrowsMessage<Error>(HasSubstr("two subscriptions of '/x' have another 'arrival'")));
+              ThrowsMessage<Error>(HasSubstr("'/l/x' get the same, and have another 'arrival'")));
   EXPECT_EQ(found(kArrival).bounds.chains.at(1).why_lossy, "");
   EXPECT_THAT(found(kArrival, "", ", lifespan: 500us").bounds.chains.at(1).why_lossy,
               HasSubstr("may take and wait longer than their lifespan"));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What arrives at a callback. All subscriptions of a topic get the same, whichever of them the file
-// or a run says it of.
+// What arrives at a callback. All subscriptions of a topic get the same, and all servers of a
+// service, whichever of them the file or a run says it of.
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -27,10 +27,12 @@ std::vector<analysis::Time> times_of(const std::vector<Nanoseconds>& distances) 
 
 std::vector<std::size_t> ModelParts::of_same_topic(std::size_t callback) const {
   std::vector<std::size_t> result{callback};
-  if (callbacks_[callback]->entity->kind() != EntityKind::subscription) return result;
+  const Entity& entity = *callbacks_[callback]->entity;
+  if (entity.kind() != EntityKind::subscription && entity.kind() != EntityKind::service)
+    return result;
   for (std::size_t other = 0; other < callbacks_.size(); ++other) {
-    if (other != callback && callbacks_[other]->entity->kind() == EntityKind::subscription &&
-        callbacks_[other]->entity->topic() == callbacks_[callback]->entity->topic())
+    const Entity& its = *callbacks_[other]->entity;
+    if (other != callback && its.kind() == entity.kind() && its.topic() == entity.topic())
       result.push_back(other);
   }
   return result;
@@ -50,14 +52,18 @@ std::optional<analysis::Count> ModelParts::seen_messages(std::size_t from, std::
 
 const CallbackDescription* ModelParts::states_arrival(std::size_t index) const {
   const CallbackDescription* result = nullptr;
+  std::size_t first = index;
   for (const std::size_t each : of_same_topic(index)) {
     const CallbackDescription& described = callbacks_[each]->described;
     if (!described.arrival) continue;
-    if (result == nullptr) result = &described;
+    if (result == nullptr) {
+      result = &described;
+      first = each;
+    }
     if (*result->arrival == *described.arrival) continue;
     throw Error(
-        fmt::format("two subscriptions of '{}' have another 'arrival' each, and get the same",
-                    callbacks_[index]->entity->topic()),
+        fmt::format("'{}' and '{}' get the same, and have another 'arrival' each",
+                    model_.system.callbacks[first].name, model_.system.callbacks[each].name),
         fmt::format("state one for both, or correct that of {}", described.where), result->where);
   }
   return result;

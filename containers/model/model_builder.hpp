@@ -107,7 +107,7 @@ class ModelParts {
   bool is_closed() const {
     return !joins_dds() || (description_.dds && description_.dds->discovery == DiscoveryRange::off);
   }
-  /// It, and then the other subscriptions of its topic.
+  /// It, and then the other subscriptions of its topic, or servers of its service.
   std::vector<std::size_t> of_same_topic(std::size_t callback) const;
   /// How many messages at most an execution of one has sent to the other, or to another
   /// subscription of its topic, in the measured run; nullopt: it has shown none.

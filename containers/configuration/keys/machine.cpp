@@ -115,8 +115,9 @@ SystemReader::Read MachineReader::into_rt_runtime(std::optional<Nanoseconds>& ru
       "unlimited", [&runtime] { runtime = std::chrono::seconds(1); },
       without_default([this, &runtime] {
         return into_duration(runtime.emplace(), [&runtime] {
-          if (*runtime <= std::chrono::seconds(1)) return;
-          throw Error("a second has no more than 1s", "write at most that, or `unlimited`");
+          if (*runtime >= std::chrono::microseconds(1) && *runtime <= std::chrono::seconds(1))
+            return;
+          throw Error("of a second Linux grants 1us to 1s", "write as much, or `unlimited`");
         });
       }));
 }
