@@ -81,6 +81,9 @@ void SimulatedBodies::set_up(const ModelledProcess& process, const SystemModel& 
     const ModelledProcess::Callback& from = process.callbacks[i];
     Callback callback = described(from, model, i);
     if (!callback.runs) add_outputs(process, model, i, callback);
+    const auto& outputs = model.system.callbacks[i].outputs;
+    callback.joins = std::any_of(outputs.begin(), outputs.end(),
+                                 [](const auto& output) { return output.waits; });
     callbacks_.emplace(from.entity.get(), std::move(callback));
   }
   for (const PlannedChain& chain : chains) add_chain(chain);
@@ -97,8 +100,9 @@ void SimulatedBodies::add_chain(const PlannedChain& planned) {
     const Entity* const entity = node->find_entity(name).get();
     path = extend_path(path, entity->mark());
     instances.paths.push_back(path);
-    callbacks_.at(entity).steps.push_back(
-        {index, path, instances.paths.size() == planned.path.size()});
+    Callback& callback = callbacks_.at(entity);
+    callback.steps.push_back({index, path, instances.paths.size() == planned.path.size()});
+    instances.joins = instances.joins || callback.joins;
   }
 }
 
@@ -119,6 +123,7 @@ SimulatedBodies::Callback SimulatedBodies::described(const ModelledProcess::Call
                   .is_known = provenance != Provenance::unknown,
                   .runs = component != nullptr || running_ != nullptr,
                   .says_itself = said && provenance == Provenance::exact,
+                  .joins = false,
                   .sent = {},
                   .steps = {}};
   if (result.says_itself) result.besides += result.longest - *said;
@@ -268,8 +273,8 @@ void SimulatedBodies::note_execution(const Callback& callback, TimePoint begin) 
     const auto root = root_release(*dispatch, step.path);
     if (!root) continue;
     recent_[noted_++ % kMostRecent] = {step.path, *root, begin, end};
-    if (!step.is_last) continue;
     Instances& instances = chains_[step.chain];
+    if (!step.is_last || (has_ended_ && instances.joins)) continue;
     instances.chain->finished(end - *root);
     if (end - *root <= instances.longest) continue;
     instances.longest = end - *root;

@@ -64,6 +64,8 @@ class SimulatedBodies final : public ExecutionModel {
   /// began and ended.
   std::vector<std::vector<Nanoseconds>> longest_instances() const;
   std::vector<ProcessResult::ChainResult> chains() const;
+  /// Timers release no more: see Chain::end.
+  void end() noexcept { has_ended_ = true; }
   /// What it could not measure, for people.
   std::vector<std::string> notes() const;
   /// A publisher on the topic of the subscription.
@@ -92,6 +94,7 @@ class SimulatedBodies final : public ExecutionModel {
     Nanoseconds besides{0};            // what sending costs
     Nanoseconds waits{0};              // longest
     bool is_known = false, runs = false, says_itself = false;
+    bool joins = false;  // it is an input of a join
     std::vector<Sent> sent;
     std::vector<Step> steps;
   };
@@ -103,6 +106,7 @@ class SimulatedBodies final : public ExecutionModel {
   struct Instances {
     std::unique_ptr<Chain> chain;
     std::vector<std::uint64_t> paths;  // of its callbacks
+    bool joins = false;                // one of them is an input of a join
     Nanoseconds longest{0};
     std::vector<TimePoint> moments;  // of that one
   };
@@ -134,6 +138,7 @@ class SimulatedBodies final : public ExecutionModel {
   static constexpr std::size_t kMostRecent = 1024;
   std::vector<Execution> recent_;  // a ring
   std::uint64_t executions_ = 0, noted_ = 0, forgotten_ = 0;
+  bool has_ended_ = false;
   std::string unknown_;
 };
 

@@ -422,6 +422,7 @@ SimulatedRun Simulation::run(Scenario scenario, ManualClock& clock) const {
   });
   const std::vector<ManualClock::Use> use = clock.use();
   faults.end();
+  bodies.end();
   clock.end_overheads();  // that the end wakes all threads is no part of the system
   processes.end(clock, wire);
   SimulatedRun run{.scenario = std::move(scenario),

@@ -221,6 +221,34 @@ TEST(SimulatedProcesses, MessagesTakeTheDelayOfTheirTopic) {
   EXPECT_GT(chain_of(drawn).latency.max(), 8300us);
 }
 
+// When timers release no more, an input of a join was still on its way from another process: the
+// instance was late by that, and its bound was "refuted".
+TEST(SimulatedProcesses, TheEndOfARunMakesNoJoinLate) {
+  const SystemDescription system = of_processes(R"(
+machine: {cpus: [0, 1], rt_runtime: unlimited, exclusive: true}
+threads: {a: {policy: SCHED_FIFO, priority: 70, affinity: [0]}, c: {policy: SCHED_FIFO, priority: 50, affinity: [1]}}
+executors: {a: {type: events, threads: [a]}, c: {type: events, threads: [c]}}
+topics: {/p0: {delay: 0us}, /p1: {delay: 12ms}}
+containers:
+  - name: P0
+    components:
+      - {component: takt::Workload, name: s0, executor: c, parameters: {publishers: {topic: [p0], period_us: [5000], work_us: [500]}}}
+      - {component: takt::Workload, name: n0, executor: c, parameters: {relays: {input: [p0, p1], output: [r0, r0], work_us: [10, 10]}}}
+      - {component: takt::Workload, name: k, executor: c, parameters: {subscriptions: {topic: [r0], work_us: [20]}}}
+  - name: P1
+    components:
+      - {component: takt::Workload, name: s1, executor: a, parameters: {publishers: {topic: [p1], period_us: [40000], work_us: [1500]}}}
+chains: [{name: c0, losses: allowed, path: [s0/p0_timer, n0/p0, k/r0]}]
+)");
+  const AnalyzedFile file = analyze_system(system, {.is_for_here = false});
+  for (auto duration = 200ms; duration < 240ms; duration += 5ms) {
+    const SimulatedRun run = simulation_of(system, duration).run({});
+    const ChainStatistics chain = run.result.chains.at(0).statistics;
+    EXPECT_GE(chain.instances, 4u);
+    EXPECT_LE(chain.latency.max(), file.bounds.chains.at(0).bound.value()) << to_string(duration);
+  }
+}
+
 TEST(SimulatedProcesses, RowsSayWhichProcess) {
   const SimulatedRun run = simulation_of(of_processes(there_and_back())).run({});
   std::map<std::string, std::string> callbacks, threads;
