@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/simulation/simulated_machine.hpp"
 
+#include "takt/containers/model/system_model.hpp"
 #include "takt/containers/simulation/draws.hpp"
 
 namespace takt {

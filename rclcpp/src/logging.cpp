@@ -12,6 +12,9 @@
 
 #include <unistd.h>
 
+#include "takt/base/ros_time.hpp"
+
+#include "rclcpp/clock.hpp"
 #include "rosout.hpp"
 
 namespace rclcpp {

@@ -19,6 +19,7 @@
 #include "takt/measuring/run.hpp"
 
 #include "analyze/analyzed_file.hpp"
+#include "catalogue/catalogue.hpp"
 #include "commands.hpp"
 #include "exit_status.hpp"
 #include "outputs.hpp"
