@@ -18,19 +18,19 @@ namespace TAKT_PUBLIC takt {
 
 /// A type that describes an action: `struct Fibonacci { struct Goal {...}; struct Result {...};
 /// struct Feedback {...}; };`, with TAKT_MESSAGE(Fibonacci::Goal,
-/// "example_interfaces/action/Fibonacci_Goal", order) and so on. An .action file gives one.
+/// "example_interfaces/action/Fibonacci_Goal", order) and so on. An .action file generates one.
 template <class A>
 concept ActionType =
     Message<typename A::Goal> && Message<typename A::Result> && Message<typename A::Feedback>;
 
-/// A goal's name, made by its client.
+/// The UUID of a goal, made by its client.
 using GoalId = unique_identifier_msgs::msg::UUID;
 using action_msgs::srv::CancelGoal;
 GoalId new_goal_id();
 /// "1f0a…": 32 hexadecimal digits.
 std::string to_string(const GoalId& id);
 
-/// GoalStatus::status in messages.
+/// The values of GoalStatus::status in messages.
 enum class GoalState : std::int8_t {
   unknown = 0,
   accepted = 1,
@@ -46,7 +46,7 @@ constexpr bool is_terminal(GoalState state) noexcept {
 }
 std::string_view to_string(GoalState state) noexcept;
 
-/// Names of an action's parts, as ROS 2 has them.
+/// Suffixes of the services and topics of an action, as in ROS 2.
 inline constexpr const char* kSendGoal = "/_action/send_goal";
 inline constexpr const char* kCancelGoal = "/_action/cancel_goal";
 inline constexpr const char* kGetResult = "/_action/get_result";
@@ -117,7 +117,7 @@ struct GetResult {
     }
   };
   struct Response {
-    std::int8_t status = 0;  // a GoalState
+    std::int8_t status = 0;  // the value of a GoalState
     typename A::Result result{};
 
     static constexpr std::string_view kName = "_GetResult_Response";

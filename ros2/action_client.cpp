@@ -15,7 +15,7 @@
 namespace takt {
 namespace detail {
 
-// What goes is destroyed without the lock, as it is the user's.
+// `dropped` is destroyed after the unlock, as it owns functions of the user.
 bool GoalCalls::waits(Kind kind, const std::function<std::function<void()>()>& kept) {
   Waiting dropped;
   const std::lock_guard lock(mutex_);

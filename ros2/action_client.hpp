@@ -26,19 +26,21 @@ namespace TAKT_PUBLIC takt {
 
 namespace detail {
 
-/// The calls about one goal: one at a time, in the order in which they came, also in a reentrant
-/// group. What comes during another one is called after that, by the same thread.
+/// Runs the callbacks of one goal one at a time and in order, also in a reentrant group. One that
+/// becomes due during another one runs after it, on the same thread.
 /// Thread safety: every method from any thread.
-/// Real-time: a lock with priority inheritance; what has to wait allocates.
+/// Real-time: a lock with priority inheritance; a callback that has to wait allocates.
 class GoalCalls {
  public:
   enum class Kind { feedback, result };
 
-  /// The first call begins; it is known to nobody else.
+  /// The first callback begins; no other thread knows the goal yet.
   void begin() noexcept { is_busy_ = true; }
-  /// A call has ended, perhaps with an exception, which is thrown when those that wait were made.
+  /// A callback has ended, perhaps with an exception. Runs the callbacks that wait, then throws the
+  /// first exception.
   void end(std::exception_ptr failure);
-  /// Calls `now`; or keeps what `kept` returns, and calls that when the server is there.
+  /// Calls `now`. If another callback of the goal is running, keeps the function that `kept`
+  /// returns, to be called after that callback.
   template <class Now, class Kept>
   void call(Kind kind, Now&& now, Kept&& kept) {
     if (waits(kind, kept)) return;
@@ -71,7 +73,7 @@ class GoalCalls {
 /// A goal of one client that a server has accepted. `state` is the last one that the server
 /// reported.
 /// Thread safety: every method from any thread.
-/// Real-time: nothing blocks or allocates after construction, but as GoalCalls.
+/// Real-time: nothing blocks or allocates after construction, except through GoalCalls.
 class ClientGoalHandle {
  public:
   ClientGoalHandle(const GoalId& id, builtin_interfaces::msg::Time stamp,
@@ -81,7 +83,7 @@ class ClientGoalHandle {
   const builtin_interfaces::msg::Time& stamp() const noexcept { return stamp_; }
   GoalState state() const noexcept { return state_.load(); }
   void set_state(GoalState state) noexcept { state_.store(state); }
-  /// What the client has that it is of.
+  /// Identifies the client that sent the goal.
   const std::weak_ptr<const void>& client() const noexcept { return client_; }
   detail::GoalCalls& calls() noexcept { return calls_; }
 
@@ -93,16 +95,16 @@ class ClientGoalHandle {
   detail::GoalCalls calls_;
 };
 
-/// Limits what an action client waits for. The limit is checked when the user calls: an error in a
-/// callback of the library would end the executor's spin.
+/// Limits the number of goals that an action client waits for. The limit is checked when the user
+/// calls: an error in a callback of the library would end the executor's spin.
 /// Thread safety: every method from any thread.
 /// Real-time: nothing blocks; take() allocates.
 class ActionPlaces {
  public:
-  /// Its last owner frees it.
+  /// The last owner frees the place.
   using Place = std::shared_ptr<void>;
 
-  /// `what` names them in the error: "goals".
+  /// `what` is the noun of the error message: "goals".
   ActionPlaces(std::string action, std::string what, std::size_t count);
   /// Throws Error when all places are taken.
   Place take() const;
@@ -121,9 +123,10 @@ struct GoalResult {
   typename A::Result result{};
   std::string error{};
 };
-/// Whether its list is short enough; says so if not.
+/// Whether the list of states is short enough to be read; if not, logs why.
 bool may_be_read(const action_msgs::msg::GoalStatusArray& states);
-/// Why a result of this service is not known. `has_answer`: it has said so itself.
+/// The error for a goal without a result. `has_answer`: the server says that it does not know the
+/// goal.
 std::string lost_result(const std::string& service, const GoalId& goal, bool has_answer);
 /// Throws Error for nullptr, which stands for a goal that was not accepted, and for a goal of
 /// another client.
@@ -134,24 +137,24 @@ struct ActionClientOptions {
   /// How long a goal or a cancellation waits to be accepted; 0: for ever. A result may always take
   /// as long as it needs.
   Nanoseconds timeout{0};
-  /// Goals and requests that no server can answer, as there is none or it has gone, end so long
-  /// after that was known. A server that comes back in time is asked again: one that was restarted
-  /// does not know the goal, which ends then. Nanoseconds::max(): they wait on, as in ROS 2.
+  /// How long goals and requests stay pending once the client knows that there is no server. A
+  /// server that comes back in time is asked again: if it was restarted, it does not know the goal,
+  /// which ends then. Nanoseconds::max(): they wait for ever, as in ROS 2.
   Nanoseconds without_server = std::chrono::seconds(2);
   /// Maximum number of goals whose result the client waits for after async_send_goal(). Calls of
   /// result() and async_get_result() have the same limit, counted separately. The next call throws
   /// an Error.
   std::size_t most_goals = 10;
-  /// Of all its parts; nullptr: the default group.
+  /// The group of all parts of the client; nullptr: the default group.
   std::shared_ptr<CallbackGroup> group;
 };
 
 /// ROS 2's action client. Its parts are entities of the node: three clients, and the subscriptions
 /// to feedback and status. Every call exists for coroutines, as a Task, and with callbacks, which
-/// run as those of the parts.
+/// run in the callback group of the parts.
 ///
 /// Thread safety: every method from any thread.
-/// Real-time: as Client; and it allocates for each goal.
+/// Real-time: as Client; each goal allocates.
 template <ActionType A>
 class ActionClient {
  public:
@@ -161,13 +164,12 @@ class ActionClient {
   using ResultCallback = std::function<void(const Handle&, const GoalResult<A>&)>;
   using CancelResult = CancelGoal::Response;
 
-  /// Any may be empty. They are called one at a time: that of the response, then those of feedback,
-  /// and that of the result.
+  /// Any may be empty. They are called one at a time: the response, then feedback, then the result.
   struct GoalCallbacks {
     std::function<void(const Handle&)> response;  // nullptr: not accepted, or not in time
     FeedbackCallback feedback;
     ResultCallback result;
-    ResultCallback result_came;  // at once, also during another one
+    ResultCallback result_came;  // on arrival, even during another one
   };
 
   ActionClient(Node& node, const std::string& name, const ActionClientOptions& options = {})
@@ -205,20 +207,22 @@ class ActionClient {
   ActionClient(const ActionClient&) = delete;
   ActionClient& operator=(const ActionClient&) = delete;
 
-  /// Whether it is a goal of this client. Of others, all that follows throws Error.
+  /// Whether this client sent the goal. The functions below throw Error for a goal of another
+  /// client.
   bool has_sent(const ClientGoalHandle& goal) const noexcept {
     return !goal.client().owner_before(goals_) && !goals_.owner_before(goal.client());
   }
-  /// Whether a goal would be received, and answered.
+  /// Whether the three services of an action server are discovered.
   bool action_server_is_ready() const noexcept {
     return send_->service_is_ready() && cancel_->service_is_ready() && result_->service_is_ready();
   }
 
   // ---- For coroutines ----
 
-  /// nullptr: it was not accepted, or not in time. Feedback comes as a callback of its own.
+  /// nullptr: the goal was not accepted, or not in time. `feedback` is called as a callback of its
+  /// own.
   Task<Handle> send_goal(Goal goal, FeedbackCallback feedback = {}) {
-    const std::shared_ptr<Goals> goals = goals_;  // as the client may be gone after the call
+    const std::shared_ptr<Goals> goals = goals_;  // the client may be gone after the call
     const typename SendGoal<A>::Request request{new_goal_id(), std::move(goal)};
     const auto answer = co_await send_->call(request);
     co_return answer && answer->accepted
@@ -232,7 +236,7 @@ class ActionClient {
     const auto answer = co_await result_->call(request);
     co_return goals->end(*goal, answer ? &*answer : nullptr);
   }
-  /// An answer without goals: it did not come in time, or says why in return_code.
+  /// A response without goals: the server did not answer in time, or return_code says why.
   Task<CancelResult> cancel_goal(Handle goal) {
     const CancelGoal::Request request = cancel_request(id_of(goal, name_, goals_));
     const auto answer = co_await cancel_->call(request);
@@ -272,7 +276,7 @@ class ActionClient {
           }
         });
   }
-  /// As those of GoalCallbacks.
+  /// The callbacks are as in GoalCallbacks.
   void async_get_result(Handle goal, ResultCallback result, ResultCallback result_came = {}) {
     id_of(goal, name_, goals_);
     ask_result(*result_, goals_, std::move(goal), asked_.take(), std::move(result),
@@ -281,21 +285,21 @@ class ActionClient {
   void async_cancel_goal(const Handle& goal, std::function<void(const CancelResult&)> callback) {
     cancel(cancel_request(id_of(goal, name_, goals_)), std::move(callback));
   }
-  /// The goals of all clients.
+  /// Cancels the goals of all clients.
   void async_cancel_all_goals(std::function<void(const CancelResult&)> callback) {
     cancel({}, std::move(callback));
   }
 
  private:
   using Place = ActionPlaces::Place;
-  /// Shared, so that a call of it copies nothing.
+  /// Shared, so that a call does not copy the user's function.
   using Feedback =
       std::shared_ptr<const detail::UserFunction<void(const Handle&, const typename A::Feedback&)>>;
 
-  /// Accepted, and without a result so far.
+  /// Accepted goals without a result so far.
   class Goals : public std::enable_shared_from_this<Goals> {
    public:
-    std::string result_service;  // before the first goal
+    std::string result_service;  // set before the first goal
     Handle add(const GoalId& id, builtin_interfaces::msg::Time stamp, FeedbackCallback feedback,
                bool is_answering = false) {
       auto handle = std::make_shared<ClientGoalHandle>(id, stamp, this->weak_from_this());
@@ -306,7 +310,7 @@ class ActionClient {
       const std::lock_guard lock(mutex_);
       gone = take_out([](const Entry& entry) { return entry.handle.expired(); });
       goals_.push_back(std::move(added));
-      for (const auto& status : last_) apply(status);  // what came before the answer
+      for (const auto& status : last_) apply(status);  // states that came before the response
       return handle;
     }
     void set_states(const std::vector<action_msgs::msg::GoalStatus>& statuses) {
@@ -314,7 +318,7 @@ class ActionClient {
       last_ = statuses;
       for (const auto& status : last_) apply(status);
     }
-    /// `answer`: nullptr if nobody can give one.
+    /// `answer`: nullptr if no server can give one.
     GoalResult<A> end(ClientGoalHandle& goal, const typename GetResult<A>::Response* answer) {
       {
         std::vector<Entry> gone;
@@ -346,7 +350,8 @@ class ActionClient {
       std::weak_ptr<ClientGoalHandle> handle;
       Feedback feedback;
     };
-    // For the caller to release after the lock: a user's function may own what waits for it.
+    // The caller destroys these after the unlock: a user's function may own an object whose
+    // destructor waits for this lock.
     template <class Condition>
     std::vector<Entry> take_out(Condition&& is_out) {
       const auto first = std::stable_partition(goals_.begin(), goals_.end(),
@@ -404,7 +409,8 @@ class ActionClient {
   const std::string name_;
   const std::shared_ptr<Goals> goals_;
   const ActionPlaces sent_, asked_;
-  // In this order, so that an executor in order of registration serves feedback before the result.
+  // Declared in this order, so that an executor that serves in order of registration takes feedback
+  // before the result.
   const std::shared_ptr<Subscription<FeedbackMessage<A>>> feedback_;
   const std::shared_ptr<Subscription<action_msgs::msg::GoalStatusArray>> status_;
   const std::shared_ptr<Client<SendGoal<A>>> send_;

@@ -20,23 +20,24 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// Accepts goals, and executes them; ROS 2's action server. Its parts are entities of the
-/// node, each in the group that the options give it: the services "NAME/_action/send_goal",
-/// "…/cancel_goal" and "…/get_result", and what calls handle_accepted, "NAME_execute".
+/// Accepts goals, and executes them; ROS 2's action server. Its parts are entities of the node,
+/// each in the group that the options give it: the services "NAME/_action/send_goal",
+/// "…/cancel_goal" and "…/get_result", and the guard condition "NAME_execute", which calls
+/// handle_accepted.
 ///
 /// - `handle_goal` accepts or rejects a goal, and returns at once. A goal that it defers is still
 ///   given to handle_accepted, and is not executed before ServerGoalHandle::execute.
 /// - `handle_cancel` accepts or rejects a request for cancellation; if it accepts, the goal's
 ///   is_canceling() becomes true.
-/// - `handle_accepted` executes it. It may be a coroutine: `[](auto goal) -> Task<> {...}`; of
-///   these at most `most_goals` run. One that goes on after it has ended its goal is not counted as
-///   a goal any more, but the next goal may have to wait for its end before it is executed. Or it
-///   keeps the handle, and returns.
+/// - `handle_accepted` executes the goal. It may be a coroutine, `[](auto goal) -> Task<> {...}`,
+///   of which at most `most_goals` run; or it keeps the handle, and returns. A coroutine that goes
+///   on after the end of its goal does not count as a goal any more, but the next goal may have to
+///   wait until that coroutine ends.
 ///
 /// A handler that throws gives a negative answer: the goal is rejected, not canceled, or aborted.
-/// Then the exception counts as one of its callback.
+/// The executor then handles the exception like one of any callback.
 ///
-/// Thread safety: any. Dropping it ends all of its parts; goals that are left are aborted.
+/// Thread safety: any. Dropping the server ends its parts, and aborts the goals that are left.
 /// Real-time: no; goals are kept in memory that is allocated when they come.
 template <ActionType A>
 class ActionServer {
@@ -84,7 +85,8 @@ class ActionServer {
         [core = core_, accepted = accepted_, weak = std::weak_ptr(runner_),
          callback = std::make_shared<HandleAccepted>(std::move(handle_accepted))] {
           const auto runner = weak.lock();  // the callback may drop the server
-          // Without a place the goal waits: the end of a coroutine triggers this again.
+          // Without a free task the goal waits: the end of a coroutine triggers this callback
+          // again.
           if (kIsTask && (runner == nullptr || !runner->reserve())) return;
           auto [goal, is_executed] = accepted->pop();
           if (goal == nullptr) {
@@ -158,18 +160,18 @@ class ActionServer {
     core_->set_result_service(result_);
   }
 
-  /// Goals that are accepted, on their way to the callback; no more than most_goals. The callback
-  /// is called for one at a time: it may throw, or drop the server.
+  /// The queue of accepted goals for handle_accepted; no more than most_goals. One goal is popped
+  /// for each call, as the callback may throw, or drop the server.
   class Accepted : public TaskOwner {
    public:
-    /// The entity that calls the callback; nullptr: none does any more.
+    /// The guard condition that calls handle_accepted; nullptr: the server is being dropped.
     void set_listener(GuardCondition* listener) {
       const std::lock_guard lock(mutex_);
       listener_ = listener;
     }
     struct Next {
       std::shared_ptr<Handle> goal;  // nullptr: none
-      bool is_executed = false;      // at once
+      bool is_executed = false;      // at once, not deferred
     };
     void push(Next goal) {
       const std::lock_guard lock(mutex_);
@@ -200,7 +202,7 @@ class ActionServer {
     std::vector<Next> goals_;
   };
 
-  // It owns the callback, whatever becomes of the server meanwhile.
+  // The coroutine owns the callback, as the server may be dropped meanwhile.
   template <class F>
   static Task<> execute(std::shared_ptr<F> callback, std::shared_ptr<Handle> goal) {
     co_await (*callback)(std::move(goal));
@@ -208,7 +210,7 @@ class ActionServer {
 
   const std::shared_ptr<ActionServerCore<A>> core_;
   const std::shared_ptr<Accepted> accepted_ = std::make_shared<Accepted>();
-  std::shared_ptr<TaskRunner> runner_;  // must go before accepted_
+  std::shared_ptr<TaskRunner> runner_;  // must be destroyed before accepted_
   std::shared_ptr<GuardCondition> execute_;
   std::shared_ptr<Service<GetResult<A>>> result_;
   std::shared_ptr<Service<CancelGoal>> cancel_;

@@ -1,4 +1,4 @@
-// The goals of an action server, and what its code has of each.
+// The goals of an action server, and the handle with which a program executes a goal.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ROS2_ACTION_SERVER_CORE_HPP_
 #define TAKT_ROS2_ACTION_SERVER_CORE_HPP_
@@ -31,8 +31,8 @@ struct ActionServerOptions {
   std::size_t most_goals = 10;
   /// How long the result of a goal that has ended can be asked for.
   Nanoseconds result_timeout = std::chrono::seconds(10);
-  /// How many results it keeps for so long: while there are as many, a goal is rejected, rather
-  /// than that a result gets lost.
+  /// How many results the server keeps for that time. At the limit it rejects new goals, so that no
+  /// result gets lost.
   std::size_t most_results = 1000;
   /// Each part is an entity in a group of its own choice; nullptr: the default group.
   std::shared_ptr<CallbackGroup> goal_group, cancel_group, result_group;
@@ -45,8 +45,8 @@ class ActionServerCore;
 /// A goal, for the code that executes it. If the last pointer to it is dropped before the goal has
 /// ended, the goal is aborted.
 /// Thread safety: every method from any thread.
-/// Real-time: a lock with priority inheritance; otherwise as Publisher::publish. What ends a goal
-/// copies its result.
+/// Real-time: a lock with priority inheritance; otherwise as Publisher::publish. succeed(), abort()
+/// and canceled() copy the result.
 template <ActionType A>
 class ServerGoalHandle {
  public:
@@ -60,7 +60,7 @@ class ServerGoalHandle {
   const GoalId& id() const noexcept { return id_; }
   const typename A::Goal& goal() const noexcept { return goal_; }
   GoalState state() const noexcept { return core_->state(id_); }
-  /// Whether the client requested its cancellation; end the goal with canceled().
+  /// Whether the cancellation of the goal was requested and accepted; end the goal with canceled().
   bool is_canceling() const noexcept { return state() == GoalState::canceling; }
   bool is_active() const noexcept {
     const GoalState now = state();
@@ -70,10 +70,11 @@ class ServerGoalHandle {
   void publish_feedback(const typename A::Feedback& feedback) {
     core_->publish_feedback(id_, feedback);
   }
-  /// Of a goal that was deferred: its execution begins. Throws Error when it is not accepted.
+  /// Begins the execution of a deferred goal. Throws Error when the goal is in another state than
+  /// accepted.
   void execute() { core_->execute(id_); }
-  // These throw Error when the goal is not being executed, and canceled also when no cancellation
-  // was requested. They do nothing when the server has gone, which has aborted the goal.
+  // These throw Error unless the goal is executing or canceling; canceled() needs a goal that is
+  // canceling. After the server was dropped, which aborts the goal, they do nothing.
   void succeed(const typename A::Result& result) { core_->end(id_, GoalState::succeeded, result); }
   void abort(const typename A::Result& result) { core_->end(id_, GoalState::aborted, result); }
   void canceled(const typename A::Result& result) { core_->end(id_, GoalState::canceled, result); }
@@ -109,16 +110,16 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     const std::lock_guard lock(mutex_);
     result_service_ = std::move(service);
   }
-  /// The timer that calls `expire`, cancelled.
+  /// `timer` calls expire(); it is still cancelled.
   void set_expiry(const std::shared_ptr<Timer>& timer) {
     const std::lock_guard lock(mutex_);
     expiry_ = timer;
   }
-  /// The server goes: its goals are aborted, and the clients that wait for a result get that.
-  /// Nothing is accepted, published or answered any more. Nothing takes hold of its parts from here
-  /// on, so that none of them goes with the mutex held.
+  /// The server is being dropped: aborts its goals, and sends that result to the clients that wait
+  /// for one. Nothing is accepted, published or answered any more. From now on no thread gets a
+  /// pointer to the parts, so that none of them is destroyed with the mutex held.
   void close() noexcept {
-    decltype(feedback_) feedback;  // these go after the lock
+    decltype(feedback_) feedback;  // destroyed after the unlock
     decltype(status_) status;
     std::shared_ptr<ResultService> service;
     std::vector<RequestId> asking;
@@ -154,7 +155,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     return handle;
   }
 
-  /// Its execution begins; false: it is not accepted any more.
+  /// Begins the execution; false: the goal is in another state than accepted.
   bool begin(const GoalId& id) {
     const std::lock_guard lock(mutex_);
     if (status_ == nullptr) return true;  // the server has gone, and the goal with it
@@ -178,7 +179,8 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
   }
 
   void publish_feedback(const GoalId& id, const typename A::Feedback& feedback) {
-    // Without the lock, for what it sends may replace, and so destroy, a message of the user.
+    // Without the lock: publishing may replace a message in a queue, and so destroy an object of
+    // the user's type.
     if (const auto publisher = feedback_publisher()) {
       if (auto message = publisher->place_for_copy()) {
         message->goal_id = id;
@@ -213,7 +215,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     finish(*goal, GoalState::aborted, {}, lock);
   }
 
-  /// A request for a result is answered, or kept until there is a result.
+  /// Answers a request for a result, or keeps the request until there is a result.
   void ask_result(const GoalId& id, RequestId request) {
     std::unique_lock lock(mutex_);
     Goal* goal = find(id);
@@ -228,8 +230,9 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     }
   }
 
-  /// Which goals a request is about: with neither id nor stamp all; with a stamp those accepted
-  /// until then, and with an id that one too. `may`: asks the user, without the lock.
+  /// Cancels the goals that a request names: with neither id nor stamp all; with a stamp those
+  /// accepted until then, and with an id that one too. `may` calls the user's handler, without the
+  /// lock.
   template <class May>
   CancelGoal::Response cancel(const action_msgs::msg::GoalInfo& wanted, May&& may) {
     const bool has_id = wanted.goal_id != GoalId{};
@@ -251,7 +254,8 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
                               (has_id && goal.info.goal_id == wanted.goal_id) ||
                               (has_stamp && goal.info.stamp <= until);
         if (!is_meant || is_terminal(goal.state)) continue;
-        // This pointer may be the last one, and is not dropped under the mutex: see abandon.
+        // This pointer may be the last one. Dropping it under the mutex would deadlock in
+        // abandon().
         if (auto handle = goal.handle.lock()) asked.push_back(std::move(handle));
       }
     }
@@ -274,7 +278,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
 
   /// Forgets goals that ended too long ago.
   void expire() noexcept {
-    std::shared_ptr<Timer> timer;  // these go after the lock
+    std::shared_ptr<Timer> timer;  // destroyed after the unlock
     std::vector<Goal> gone;
     const std::lock_guard lock(mutex_);
     timer = expiry_.lock();
@@ -314,7 +318,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     return feedback_;
   }
 
-  // With the mutex held, as all that follows.
+  // Call with the mutex held: this and all functions below.
   Goal* find(const GoalId& id) noexcept {
     const auto goal = std::find_if(goals_.begin(), goals_.end(),
                                    [&](const Goal& known) { return known.info.goal_id == id; });
@@ -336,7 +340,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     }
     answer(std::exchange(goal.asking, {}), goal.response, lock);
   }
-  // Without the lock, for the way back to a client may take a while to be found.
+  // Answers without the lock: it may take a while until the endpoint of a client is discovered.
   void answer(const std::vector<RequestId>& requests, const Result& of,
               std::unique_lock<Mutex>& lock) {
     const Result response = of;

@@ -23,7 +23,7 @@ lifecycle_msgs::msg::State to_message(LifecycleState state) {
       .set__label(std::string(label(state)));
 }
 
-/// A TransitionDescription or a TransitionEvent.
+/// `Message`: a TransitionDescription or a TransitionEvent.
 template <class Message>
 Message to_message(const LifecycleTransition& transition) {
   Message message;
@@ -34,7 +34,7 @@ Message to_message(const LifecycleTransition& transition) {
   return message;
 }
 
-// On the wire: other machines know nothing of our clocks.
+// Messages carry system time: other machines do not know Takt's clocks.
 std::uint64_t wall_time_ns() {
   return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(
                                         std::chrono::system_clock::now().time_since_epoch())
@@ -43,7 +43,7 @@ std::uint64_t wall_time_ns() {
 
 void change_state(LifecycleNode& node, const lifecycle_msgs::msg::Transition& request,
                   ChangeState::Response& response) {
-  // Requests by label have the id 0, since that is what ROS 2's tools leave it at.
+  // ROS 2's tools leave the id at 0 when they send a label, so a label has precedence.
   const TransitionResult result =
       request.label.empty() ? node.trigger_transition(static_cast<TransitionId>(request.id))
                             : node.trigger_transition(request.label);
@@ -63,7 +63,7 @@ LifecycleServices::LifecycleServices(LifecycleNode& node, Node& host,
           node.fully_qualified_name() + "/change_state",
           [&node, weak = node.weak_from_this()](const ChangeState::Request& request,
                                                 ChangeState::Response& response) {
-            const auto kept = weak.lock();  // a transition may drop it
+            const auto kept = weak.lock();  // a transition may drop the node
             change_state(node, request.transition, response);
           },
           group, rare_service(node.fully_qualified_name()))),

@@ -28,10 +28,10 @@ namespace TAKT_PUBLIC takt {
 class LifecycleServices {
  public:
   /// The services and the publisher are entities of `host`, which may be the node itself, or one on
-  /// another executor; in ROS 2's graph they are the node's. Both must outlive this object.
-  /// `group`, the host's, is that of change_state; the others, which run no callback of the node,
-  /// are in the host's default group. So with a thread for each, get_state tells that the node is
-  /// configuring.
+  /// another executor; in ROS 2's graph they belong to the node. Both nodes must outlive this
+  /// object. `group`, a group of the host, is that of change_state. The other services run no
+  /// callback of the node, and are in the host's default group: with a thread for each group,
+  /// get_state answers while the node is configuring.
   LifecycleServices(LifecycleNode& node, Node& host,
                     const std::shared_ptr<CallbackGroup>& group = nullptr);
   ~LifecycleServices();

@@ -19,7 +19,7 @@ namespace wire = rcl_interfaces::msg;
 namespace srv = rcl_interfaces::srv;
 using wire::ParameterType;
 
-// ParameterValue has the types in their order.
+// The alternatives of ParameterValue are in the order of ROS 2's ParameterType.
 std::uint8_t type_of(const ParameterValue& value) {
   return static_cast<std::uint8_t>(value.index());
 }
@@ -63,7 +63,7 @@ wire::ParameterDescriptor to_message(const std::string& name, const ParameterVal
   return message;
 }
 
-// All of them, or none when one is not declared.
+// All these parameters, or none when one is not declared.
 std::vector<Parameter> parameters_of(const Node& node, const std::vector<std::string>& names) {
   try {
     return node.get_parameters(names);
@@ -86,7 +86,8 @@ std::vector<wire::ParameterDescriptor> descriptors_of(const Node& node,
   return messages;
 }
 
-// What a callback throws is a negative result, and the failure that the service reports.
+// An exception of a parameter callback gives a negative result, and becomes the failure of the
+// service.
 wire::SetParametersResult set(Node& node, const std::vector<wire::Parameter>& parameters,
                               std::exception_ptr& failure) {
   Parameters values;
@@ -118,7 +119,8 @@ wire::ListParametersResult to_message(ListParametersResult listed) {
       .set__prefixes(std::move(listed.prefixes));
 }
 
-// How each says that it has done nothing. Those that only read have no words for it.
+// Writes the reason of a refusal into the response. Responses of services that only read have no
+// field for it.
 void refuse(srv::SetParameters::Response& response, std::string why) {
   response.results.push_back(wire::SetParametersResult().set__reason(std::move(why)));
 }
@@ -128,8 +130,8 @@ void refuse(srv::SetParametersAtomically::Response& response, std::string why) {
 void refuse(auto&, const std::string&) {
 }
 
-// A service of this node, served by the host. The node lives until the callback returns: one of the
-// user, which that calls, may drop it.
+// Makes a service of the node, as an entity of the host. The service keeps the node while it runs:
+// a parameter callback of the user may drop the node.
 template <class S, class F>
 std::shared_ptr<Service<S>> serve(const Node& node, Node& host, std::string_view name, F callback,
                                   const std::shared_ptr<CallbackGroup>& group = nullptr) {

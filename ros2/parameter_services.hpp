@@ -18,7 +18,7 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// The value on the wire, and back. Throws Error when it is of an unknown type.
+/// Converts a value to its message, and back. Throws Error when the message has an unknown type.
 rcl_interfaces::msg::ParameterValue to_message(const ParameterValue& value);
 ParameterValue from_message(const rcl_interfaces::msg::ParameterValue& message);
 
@@ -26,21 +26,21 @@ ParameterValue from_message(const rcl_interfaces::msg::ParameterValue& message);
 /// list_parameters and describe_parameters under the full name of a node, for `ros2 param` and
 /// other clients. They answer as rclcpp's do: one name that was not declared makes the answers of
 /// get_parameters, get_parameter_types and describe_parameters empty; set_parameters sets one after
-/// another and has a result for each. What a parameter callback throws is a negative result, and an
-/// exception of the service's callback when that has been sent. `/parameter_events` reports what is
-/// declared, set and undeclared: initially all parameters.
+/// another and has a result for each. An exception of a parameter callback gives a negative result;
+/// after the response, the service's callback throws it. `/parameter_events` reports the parameters
+/// that are declared, set and undeclared: initially all of them.
 ///
-/// The services are entities of the host: the node itself, or another one whose executor is not a
-/// real-time one. Those that set, and so run callbacks of the node, are in `group`, the others in
-/// the host's default callback group: with a thread of its own for each group, a callback that does
-/// not return keeps no reader waiting. In ROS 2's graph they are the node's. Both nodes outlive
-/// them. When they are destroyed, no request is served any more.
+/// The services are entities of the host: the node itself, or another node whose executor is not a
+/// real-time one. The services that set parameters run callbacks of the node, and are in `group`;
+/// the others are in the host's default callback group. With a thread for each group, a callback
+/// that does not return keeps no reader waiting. In ROS 2's graph the services belong to the node.
+/// Both nodes must outlive this object. After its destructor, no request is served any more.
 ///
 /// Thread safety: as Node.
 /// Real-time: no; they copy names and values, and call the node's parameter callbacks.
 class ParameterServices {
  public:
-  /// `group`: the host's; none is its default group.
+  /// `group`: a callback group of the host; nullptr: its default group.
   ParameterServices(Node& node, Node& host, const std::shared_ptr<CallbackGroup>& group = nullptr);
   ~ParameterServices() { node_.set_parameters_listener({}); }
   ParameterServices(const ParameterServices&) = delete;

@@ -11,9 +11,9 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// Publishes every line that this process logs on `/rosout`, as a publisher of the host, from the
-/// thread `log`: a callback that logs does no more than before. Lines of nodes have their names,
-/// others the host's. A process has one; a second takes its place.
+/// Publishes every line that this process logs on `/rosout`, with a publisher of the host, from the
+/// thread `log`: logging takes no longer for a callback. A line has the name of its node, or else
+/// that of the host. A process has one Rosout; a second one replaces the first.
 /// Thread safety: as Node. Real-time: set-up only.
 class Rosout {
  public:

@@ -10,7 +10,7 @@
 namespace takt {
 
 void TimeSource::set_host(const std::shared_ptr<Node>& host) {
-  std::shared_ptr<Subscription<ClockMessage>> unused;  // goes after the lock: that may wait
+  std::shared_ptr<Subscription<ClockMessage>> unused;  // destroyed after the unlock: that may wait
   {
     const std::lock_guard lock(mutex_);
     unused = std::move(subscription_);
@@ -44,8 +44,8 @@ void TimeSource::leave(const SimulatedClock& clock) noexcept {
   now_.reset();
 }
 
-// The subscription is made without the lock: executors that listen to the node take theirs. It is
-// dropped if another thread has made one meanwhile, or the host has changed.
+// Creates the subscription without the lock: executors that listen to the node take their own
+// locks. Drops it if another thread has made one meanwhile, or the host has changed.
 void TimeSource::subscribe() {
   std::shared_ptr<Node> host;
   {

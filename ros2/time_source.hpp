@@ -15,17 +15,17 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// Follows `/clock` while a clock needs it: that of a node which has this as its time source, and
-/// whose `use_sim_time` is true. Several nodes may share one.
+/// Subscribes to `/clock` while a clock needs it: the clock of a node with this time source and a
+/// true `use_sim_time`. Several nodes may share a time source.
 /// Thread safety: every method from any thread.
 /// Real-time: no; clocks are set on the host's executor, as SimulatedClock::set.
 class TimeSource final : public SimulatedClock::Source {
  public:
-  /// The node that gets the subscription, and is not kept; nullptr: none has it any more. Without a
+  /// The node that gets the subscription to `/clock`, held by weak_ptr; nullptr: no node. Without a
   /// host, simulated time stands still.
   void set_host(const std::shared_ptr<Node>& host);
 
-  /// A clock that is followed for several is left as often.
+  /// Calls are counted: leave() ends following a clock after as many calls as follow() had.
   void follow(const std::shared_ptr<SimulatedClock>& clock) override;
   void leave(const SimulatedClock& clock) noexcept override;
 

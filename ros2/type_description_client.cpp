@@ -18,7 +18,7 @@ using type_description_interfaces::srv::GetTypeDescription;
 using namespace std::chrono_literals;
 
 constexpr Nanoseconds kLookPeriod = 20ms;
-constexpr Nanoseconds kPatience = 2s;  // with a node, and until a node's service is discovered
+constexpr Nanoseconds kPatience = 2s;  // for the answer of a node, and to discover its service
 
 }  // namespace
 
@@ -27,8 +27,8 @@ struct TypeDescriptionClient::Question {
   Callback callback;
   TimePoint limit;
   std::set<std::string> asked;  // services
-  // Of the service that is asked now.
-  std::shared_ptr<Client<GetTypeDescription>> client;  // nullptr: none is
+  // State of the current request.
+  std::shared_ptr<Client<GetTypeDescription>> client;  // nullptr: no request
   std::string hash;
   bool is_sent = false, is_answered = false;
   std::optional<TypeDescription> description;
@@ -59,12 +59,12 @@ void TypeDescriptionClient::look() {
   }
   std::erase(questions_, nullptr);
   if (questions_.empty()) timer_->cancel();
-  for (const auto& question : ended) {  // which may ask for other types
+  for (const auto& question : ended) {  // callbacks may ask for other types
     question->callback(question->description ? &*question->description : nullptr);
   }
 }
 
-// False: there is an answer, or there will be none.
+// False: the question has an answer, or will get none.
 bool TypeDescriptionClient::goes_on(Question& question, const Graph& graph) {
   const bool is_late = timer_->clock().now() >= question.limit;
   if (question.client != nullptr) {
@@ -81,7 +81,8 @@ bool TypeDescriptionClient::goes_on(Question& question, const Graph& graph) {
          (!is_late && question.asked.empty() && !question.hash.empty());
 }
 
-// A node that announces a hash, but whose service is not discovered yet, is worth to wait for.
+// Asks the next service, if there is one. A node may announce a type hash before its service is
+// discovered: see goes_on().
 bool TypeDescriptionClient::ask_next(Question& question, const Graph& graph) {
   // Limit: nodes that are asked for the description of a type, one after the other. At it: it is
   // not described. Seen: the caller gets none.

@@ -18,15 +18,15 @@ namespace TAKT_INTERNAL takt {
 /// `get_type_description`: one node after the other, two seconds each. Nothing blocks; a timer of
 /// the host looks for nodes and answers while something is asked.
 ///
-/// Thread safety: one thread at a time, as the host's default callback group; `ask` calls the
-/// answer's callback there, later or at once.
+/// Thread safety: one thread at a time, that of the host's default callback group; `ask` calls the
+/// callback there, at once or later.
 /// Real-time: no.
 class TypeDescriptionClient {
  public:
   /// nullptr: no node describes the type.
   using Callback = std::function<void(const TypeDescription*)>;
 
-  /// The host has a participant, and outlives this.
+  /// The host must have a participant, and outlive this object.
   explicit TypeDescriptionClient(Node& host);
   ~TypeDescriptionClient();
   TypeDescriptionClient(const TypeDescriptionClient&) = delete;

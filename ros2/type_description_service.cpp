@@ -43,7 +43,7 @@ class Search {
  private:
   void message(const MessageType& type) {
     if (type.name == name_) offer(describe(type));
-    // An action's types lie in the messages that ROS 2 makes of them.
+    // An action's types are fields of the messages that ROS 2 derives from the action.
     take_field(type, "_SendGoal_Request", "goal", goal_);
     take_field(type, "_GetResult_Response", "result", result_);
     take_field(type, "_FeedbackMessage", "feedback", feedback_);
@@ -64,15 +64,16 @@ class Search {
   std::optional<TypeDescription> found_;
 };
 
-/// Whether ROS 2 has made the type for a service or an action.
+/// Whether ROS 2 derives the type from a service or an action.
 bool is_part(const std::string& name) {
   const auto slash = name.rfind('/');
   return (name.find("/srv/") != std::string::npos || name.find("/action/") != std::string::npos) &&
          name.find('_', slash) != std::string::npos;
 }
 
-/// The type's, and those of all that it refers to, in the same order. A program has no file that
-/// one of them was made from: then ROS 2 calls it dynamic, or implicit, and it has no contents.
+/// The sources of the type and of all types that it refers to, in the same order. A program does
+/// not contain the files that define types: so each source is "dynamic", or "implicit" if ROS 2
+/// derives the type, and has no contents.
 auto sources_of(const TypeDescription& description) {
   decltype(GetTypeDescription::Response::type_sources) sources;
   const auto add = [&](const auto& type) {

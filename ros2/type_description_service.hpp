@@ -11,14 +11,14 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// Serves `get_type_description` under the full name of a node: others ask it for a type that they
-/// have not compiled in, by the name and hash that the node's topics, services and actions
-/// announce. It knows the types of all that goes over the node's participant. Of sources it says
-/// the names, without contents: programs contain none.
+/// Serves `get_type_description` under the full name of a node: other nodes ask for types that they
+/// have not compiled in, by the name and type hash that the node's topics, services and actions
+/// announce. The service knows the types of all endpoints of the node's participant. It reports the
+/// names of sources, without contents: programs contain none.
 ///
 /// The service is an entity of the host, in its default callback group, as those of
-/// ParameterServices; in ROS 2's graph it is the node's. Both nodes have the same participant, and
-/// outlive it.
+/// ParameterServices; in ROS 2's graph it belongs to the node. Both nodes have the same
+/// participant, and must outlive this object.
 /// Source: REP 2016.
 ///
 /// Thread safety: as Node.

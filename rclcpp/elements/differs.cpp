@@ -1,5 +1,5 @@
-// What differs from rclcpp: each row of the table in docs/reference/rclcpp.md, and below it what
-// compiles nevertheless. Where the difference can be seen, another test says so.
+// Differences from rclcpp: each row of the table in docs/reference/rclcpp.md, and below it code
+// that compiles nevertheless. Other tests check the differences that a program can see.
 // SPDX-License-Identifier: Apache-2.0
 #include "elements.hpp"
 #include "rclcpp/allocator/allocator_common.hpp"

@@ -1,4 +1,4 @@
-// What the checks of rclcpp's elements share.
+// Types that the checks of rclcpp's elements share.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP_ELEMENTS_ELEMENTS_HPP_
 #define RCLCPP_ELEMENTS_ELEMENTS_HPP_

@@ -1,5 +1,6 @@
-// What does not compile: each row of the table in docs/reference/rclcpp.md, and below it what the
-// compiler must refuse, with the name of that page. elements_test.py looks at what it says.
+// Elements of rclcpp that do not compile: each row of the table in docs/reference/rclcpp.md, and
+// below it code that the compiler must refuse, with the name of that page in the error.
+// elements_test.py checks the errors.
 // SPDX-License-Identifier: Apache-2.0
 #include "elements.hpp"
 

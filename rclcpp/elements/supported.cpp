@@ -1,5 +1,5 @@
-// What programs for rclcpp find as they know it: each row of the table in docs/reference/rclcpp.md,
-// and below it what must compile. Nothing of it is called: other tests say what it does.
+// Elements of rclcpp that work as in rclcpp: each row of the table in docs/reference/rclcpp.md, and
+// below it code that must compile. Nothing calls this code: other tests check what it does.
 // SPDX-License-Identifier: Apache-2.0
 #include "elements.hpp"
 

@@ -41,9 +41,9 @@ const char* shut_down(const NextByte& next) {
   std::vector<Callback> callbacks(next() % 5);
   std::atomic<const char*> broken{nullptr};
   for (Callback& callback : callbacks) {
-    // Removes this one of them, if there are as many; or shuts down.
+    // Which callback this one removes; if there are not as many, it shuts down instead.
     const std::size_t other = next() % 8;
-    const bool is_slow = next() % 4 == 0;  // so that others come meanwhile
+    const bool is_slow = next() % 4 == 0;  // so that other threads shut down meanwhile
     callback.handle = context->add_on_shutdown_callback([&, other, is_slow] {
       if (is_slow) std::this_thread::sleep_for(500us);
       ++callback.calls;
@@ -118,12 +118,12 @@ const char* prune_requests(const Context::SharedPtr& context, const NextByte& ne
     times.push_back(std::chrono::system_clock::now());
     client->async_send_request(std::make_shared<Twice::Request>());
     const auto sent = std::chrono::system_clock::now();
-    while (std::chrono::system_clock::now() <= sent) {  // the next one is later
+    while (std::chrono::system_clock::now() <= sent) {  // so that the next one is later
     }
   }
   std::size_t left = count;
   for (int prunings = next() % 4; prunings > 0 && count != 0; --prunings) {
-    const std::size_t first = next() % count;  // that is kept
+    const std::size_t first = next() % count;  // the first that is kept
     const std::size_t pruned = client->prune_requests_older_than(times[first]);
     const std::size_t meant = left - std::min(left, count - first);
     if (pruned != meant) return "pruning requests by their time took others";
@@ -137,9 +137,10 @@ const char* change_a_wait_set(const Context::SharedPtr& context, const NextByte&
   const auto group = node->create_callback_group(CallbackGroupType::Reentrant, false);
   const auto kept = std::make_shared<GuardCondition>(context);
   ThreadSafeWaitSet set({}, {kept}, {}, {}, {}, {}, context);
-  // Longer than anybody waits for it: at its end a wait finds what is ready by looking.
+  // Longer than the test waits: at its timeout, a wait would find ready entities without being
+  // woken.
   auto waits = std::async(std::launch::async, [&] { return set.wait(1h).kind(); });
-  if (next() % 2 == 0) waits.wait_for(2ms);  // then it mostly sleeps
+  if (next() % 2 == 0) waits.wait_for(2ms);  // then the thread mostly sleeps
   std::vector<std::shared_ptr<GuardCondition>> guards;
   for (int changes = next() % 5; changes > 0; --changes) {
     if (next() % 2 == 0 || guards.empty()) {
@@ -187,7 +188,7 @@ const char* switch_a_clock(const Context::SharedPtr& context, const NextByte& ne
     }));
   }
   for (int sets = next() % 4; sets > 0; --sets) core->set(takt::TimePoint(1s * (next() % 100)));
-  // Again, as a sleep that had not begun has begun with this source.
+  // Switches repeatedly: a sleep that begins after a switch has the new source from the start.
   const auto end = std::chrono::steady_clock::now() + kPatience;
   for (const auto& sleeper : sleepers) {
     while (sleeper.wait_for(1ms) != std::future_status::ready) {

@@ -12,7 +12,7 @@ namespace rclcpp {
 
 using NextByte = std::function<std::uint8_t()>;
 
-// The promise that was broken; nullptr: all were kept. Each has its own nodes, of this context.
+// Each returns the promise that was broken, or nullptr, and makes its own nodes in this context.
 
 /// Callbacks of a shutdown remove each other, while other threads shut down, too.
 const char* shut_down(const NextByte& next);
@@ -22,9 +22,9 @@ const char* spin_a_node(const Context::SharedPtr& context, const NextByte& next)
 const char* prune_requests(const Context::SharedPtr& context, const NextByte& next);
 /// A wait set changes while a thread waits.
 const char* change_a_wait_set(const Context::SharedPtr& context, const NextByte& next);
-/// A clock gets another source of time, while threads sleep by it.
+/// A clock switches between real and simulated time, while threads sleep by it.
 const char* switch_a_clock(const Context::SharedPtr& context, const NextByte& next);
-/// Timers that do not start, and those that do.
+/// Makes timers with and without autostart.
 const char* make_timers(const Context::SharedPtr& context, const NextByte& next);
 /// Callbacks of parameters remove each other.
 const char* remove_parameter_callbacks(const Context::SharedPtr& context, const NextByte& next);

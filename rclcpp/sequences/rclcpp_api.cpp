@@ -15,7 +15,8 @@ using takt::sequences::kParameter;
 using takt::sequences::Number;
 using takt::sequences::Twice;
 
-/// Instead of deleting an object of Takt's, lets go of the handle which that belongs to.
+/// Deleter of a Takt object that an rclcpp handle owns: drops the handle instead of deleting the
+/// object.
 template <class T>
 struct Owner {
   std::shared_ptr<T> handle;
@@ -25,14 +26,14 @@ template <class Core, class T>
 std::shared_ptr<Core> owned(Core* core, std::shared_ptr<T> handle) {
   return std::shared_ptr<Core>(core, Owner<T>{std::move(handle)});
 }
-/// nullptr: Takt's API has made it.
+/// The rclcpp handle of a Takt object; nullptr: Takt's API made the object.
 template <class T, class Core>
 std::shared_ptr<T> handle_of(const std::shared_ptr<Core>& core) {
   const auto* const owner = std::get_deleter<Owner<T>>(core);
   return owner != nullptr ? owner->handle : nullptr;
 }
 
-/// What rclcpp refuses, as Takt does.
+/// Translates exceptions of rclcpp into takt::Error.
 template <class Call>
 auto spoken(Call&& call) {
   try {
@@ -156,7 +157,7 @@ class AskedRclcpp final : public takt::sequences::Asked {
 }  // namespace
 
 RclcppApi::RclcppApi() {
-  context_->enter_container({});  // as valid as by init, but without DDS
+  context_->enter_container({});  // valid as after init, but without DDS
 }
 
 std::vector<std::string> RclcppApi::executor_names() const {
@@ -297,7 +298,7 @@ Api::ClientPtr RclcppApi::make_client(const NodePtr& core, const std::string& na
   const auto node = handle_of<Node>(core);
   if (node == nullptr) return Api::make_client(core, name, options, group);
   const auto client = node->create_client<Twice>(name, ServicesQoS(), group);
-  // It waits for ever.
+  // Requests of rclcpp's clients wait for ever.
   options.timeout = takt::Nanoseconds::zero();
   options.without_service = takt::Nanoseconds::max();
   return owned(static_cast<takt::Client<Twice>*>(client->entity().get()), client);

@@ -1,4 +1,4 @@
-// The sequences' API that is rclcpp's.
+// The API of the sequences on top of rclcpp.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP_SEQUENCES_RCLCPP_API_HPP_
 #define RCLCPP_SEQUENCES_RCLCPP_API_HPP_
@@ -14,8 +14,9 @@
 
 namespace rclcpp {
 
-/// What rclcpp has is made and called through it, in the forms of callbacks in turn; the rest
-/// (guard conditions, coroutines, actions, events) is Takt's, on the same nodes. For one program.
+/// Calls rclcpp for everything that rclcpp has, with the forms of callbacks in turn; the rest
+/// (guard conditions, coroutines, actions, events) is Takt's, on the same nodes. One object runs
+/// one program.
 class RclcppApi final : public takt::sequences::Api {
  public:
   RclcppApi();
@@ -66,7 +67,7 @@ class RclcppApi final : public takt::sequences::Api {
 
   const Context::SharedPtr context_ = std::make_shared<Context>();
   std::vector<std::shared_future<std::shared_ptr<Response>>> answers_;
-  unsigned form_ = 0;  // of the next callback
+  unsigned form_ = 0;  // selects the form of the next callback
 };
 
 }  // namespace rclcpp

@@ -1,4 +1,4 @@
-// What libFuzzer runs against the executors through rclcpp: see `./dev fuzz`.
+// The libFuzzer target that runs the executors through rclcpp: see `./dev fuzz`.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/sequences/sequence.hpp"
 

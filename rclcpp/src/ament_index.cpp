@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 // Limit: bytes of a file of the ament index. At it: the file is refused. Seen: the error.
 constexpr std::size_t kMostBytes = 1 << 20;
 
-// A program in lib/PACKAGE of its prefix needs no environment.
+// The prefix of this program comes last: a program in PREFIX/lib/PACKAGE needs no
+// AMENT_PREFIX_PATH.
 std::vector<fs::path> prefixes() {
   std::vector<fs::path> result;
   if (const char* const path = std::getenv("AMENT_PREFIX_PATH"); path != nullptr) {

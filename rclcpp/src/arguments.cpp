@@ -26,7 +26,8 @@ std::pair<std::string, std::string> split_rule(const std::string& rule) {
   return {rule.substr(0, at), rule.substr(at + 2)};
 }
 
-/// Takes "node:" away from the front; empty: every node's. The colon may be that of a scheme.
+/// Removes "NODE:" from the front and returns NODE, or "" if the rule is for every node. The colon
+/// of "rostopic://" does not count.
 std::string take_node(std::string& name) {
   const auto colon = name.find(':');
   if (colon == std::string::npos || name.compare(colon, 3, "://") == 0) return {};
@@ -36,7 +37,7 @@ std::string take_node(std::string& name) {
   return node;
 }
 
-/// Of a topic or service in a rule: "/a/b", "a/b" or "~/a".
+/// Whether a rule can name a topic or service like this: "/a/b", "a/b" or "~/a".
 bool is_name_in_rule(std::string_view name) {
   if (name.starts_with("~/")) name.remove_prefix(1);
   return is_path(name.starts_with('/') ? std::string(name) : "/" + std::string(name));
@@ -99,7 +100,8 @@ void parse_level(const std::string& text, Arguments& arguments) {
   refuse(text, "it is no log level");
 }
 
-/// Whether it is one of the flags that take a value. `value`: nullptr if it is the last argument.
+/// Parses a flag that takes a value; false if `flag` is none of these. `value`: nullptr if `flag`
+/// is the last argument.
 bool parse_with_value(const std::string& flag, const std::string* value, Arguments& arguments) {
   constexpr std::string_view kIgnored[] = {"--log-config-file", "--log-file-name", "-e",
                                            "--enclave"};

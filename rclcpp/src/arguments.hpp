@@ -1,4 +1,4 @@
-// What a command line says after `--ros-args`.
+// Parses the arguments after `--ros-args`.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP_ARGUMENTS_HPP_
 #define RCLCPP_ARGUMENTS_HPP_
@@ -16,7 +16,7 @@ namespace rclcpp::detail {
 struct RemapRule {
   enum class Kind { any, topic, service, node_name, name_space };
   Kind kind = Kind::any;
-  std::string node;  // whose rule it is; empty: every node's
+  std::string node;  // the node that the rule is for; empty: every node
   std::string from, to;
 };
 struct ParameterRule {
@@ -28,29 +28,30 @@ struct ParameterRule {
 struct Arguments {
   std::vector<RemapRule> remaps;
   std::vector<ParameterRule> parameters;
-  std::map<std::string, int> levels;  // of loggers; "": of all others
+  std::map<std::string, int> levels;  // by the name of the logger; "": the root logger
   bool rosout = true;
-  std::vector<std::string> rest;  // which are not ROS's
+  std::vector<std::string> rest;  // the non-ROS arguments
 };
 
 /// Letters, digits and '_', not beginning with a digit.
 bool is_token(std::string_view text);
-/// "/a/b", of tokens; the root is none.
+/// Whether the text is a path of tokens such as "/a/b"; "/" is not.
 bool is_path(std::string_view text);
 
 /// Throws UnknownROSArgsError or RCLInvalidROSArgsError.
 Arguments parse_arguments(const std::vector<std::string>& arguments);
 
-/// The first rule of `own`, then of `all`, which applies to this node and this kind.
+/// The first rule for this node and kind; the rules of `own` come before those of `all`.
 const RemapRule* find_rule(const Arguments& own, const Arguments& all, RemapRule::Kind kind,
                            std::string_view node);
-/// A name of a topic or service with all its namespaces, and without "~" and "{node}".
+/// The full name of a topic or service: a relative name gets its namespace, and "~" and "{node}"
+/// are replaced.
 std::string expand_name(const std::string& name, const std::string& node,
                         const std::string& name_space);
-/// After the first rule that matches this expanded name.
+/// The name after the first remap rule that matches this expanded name.
 std::string remap_name(const Arguments& own, const Arguments& all, const std::string& expanded,
                        bool is_service, const std::string& node, const std::string& name_space);
-/// Whether "/**" and the like mean this node.
+/// Whether the node pattern of a parameter rule, such as "/**", matches this node.
 bool means_node(const std::string& pattern, const std::string& full_name);
 
 }  // namespace rclcpp::detail

@@ -15,7 +15,8 @@
 namespace rclcpp {
 namespace {
 
-/// Sleeps by a clock, and ends when that has another source of time, or the context is shut down.
+/// A sleep by a clock. It ends early when simulated time begins or ends, or the context is shut
+/// down.
 class Sleep final : takt::SimulatedClock::Listener, takt::Wakeable {
  public:
   Sleep(const Clock& clock, Context& context)
@@ -32,7 +33,7 @@ class Sleep final : takt::SimulatedClock::Listener, takt::Wakeable {
   Sleep& operator=(const Sleep&) = delete;
 
   bool for_duration(std::chrono::nanoseconds duration) { return until(begin_.after(duration)); }
-  /// By the source that the clock had when this was made.
+  /// Sleeps until this time of the source, simulated or real, that the clock had at construction.
   bool until_time(const Time& time) {
     return until({std::chrono::nanoseconds(time.nanoseconds()), begin_.source()});
   }
@@ -46,7 +47,7 @@ class Sleep final : takt::SimulatedClock::Listener, takt::Wakeable {
       if (*left <= std::chrono::nanoseconds::zero()) return true;
       const bool is_woken =
           clock_.simulated() != nullptr && takt::SimulatedClock::is_simulated(time.source());
-      // The system's time may be set meanwhile: then it looks again.
+      // System time may be set during the wait: the loop reads the clock again.
       backend_->wait(0, is_woken ? takt::kNever : takt::later(takt::Clock::steady().now(), *left));
     }
   }
@@ -149,14 +150,14 @@ Rate::Rate(const Duration& period, Clock::SharedPtr clock)
 bool Rate::sleep() {
   const takt::SourceTime now = clock_->read();
   auto since = last_.until(now);
-  if (!since || *since < std::chrono::nanoseconds::zero()) {  // another source, or set back
+  if (!since || *since < std::chrono::nanoseconds::zero()) {  // another time source, or set back
     since = std::chrono::nanoseconds::zero();
     last_ = now;
   }
   last_ = last_.after(period());
   const auto left = period() - *since;
   if (left <= std::chrono::nanoseconds::zero()) {
-    if (left < -period()) last_ = now;  // a whole period was missed: a new phase
+    if (left < -period()) last_ = now;  // a whole period was missed: start a new phase
     return false;
   }
   clock_->sleep_for(left);

@@ -20,7 +20,7 @@ struct Factories {
   std::mutex mutex;
   std::vector<RegisteredFactory> all;
 };
-// Libraries are initialised and end in whichever order.
+// Never destroyed: libraries that register factories are initialised and unloaded in any order.
 Factories& factories() {
   static takt::detail::NeverDestroyed<Factories> known;
   return *known;
@@ -57,7 +57,7 @@ NodeInstanceWrapper make_node(const std::string& name, const rclcpp::NodeOptions
 std::unique_ptr<takt::Component> component_of(NodeFactory& factory,
                                               const takt::NodeOptions& options) {
   struct Inside {
-    rclcpp::node_interfaces::NodeBaseInterface::SharedPtr base;  // goes last
+    rclcpp::node_interfaces::NodeBaseInterface::SharedPtr base;  // destroyed last
     NodeInstanceWrapper node;
   };
   const auto context = rclcpp::contexts::get_global_default_context();

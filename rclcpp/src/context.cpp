@@ -71,7 +71,7 @@ std::string Context::shutdown_reason() const {
   return reason_;
 }
 
-// A callback that throws keeps no other from its call.
+// Calls all callbacks even if one throws; `failure` keeps the first exception.
 void Context::call(Callbacks& callbacks, std::exception_ptr& failure) {
   callbacks.each(Callbacks::Order::first_added, [&](const auto& callback) {
     try {
@@ -83,7 +83,7 @@ void Context::call(Callbacks& callbacks, std::exception_ptr& failure) {
   });
 }
 
-// If another thread shuts down: until that is over.
+// Waits for a shutdown that another thread runs, but not in a callback of that shutdown.
 void Context::wait_for_shutdown() {
   if (!is_ending_.load()) return;
   const takt::detail::WaitInCallback wait(&is_ending_);
@@ -165,7 +165,7 @@ const detail::Arguments& Context::arguments() const {
 }
 std::shared_ptr<takt::Participant> Context::participant() {
   const std::lock_guard lock(mutex_);
-  if (container_) return container_->participant.lock();  // which has DDS, or not
+  if (container_) return container_->participant.lock();  // nullptr in a container without DDS
   if (takt::programs::is_simulated()) return nullptr;
   auto participant = participant_.lock();
   if (participant == nullptr) {

@@ -14,8 +14,8 @@
 
 namespace rclcpp::detail {
 
-/// Takt's TimeSource with a thread and a node of its own, which begin with the first clock that
-/// simulates: so time goes on while no node is spun.
+/// Takt's TimeSource with a node and a thread of its own, so that simulated time advances while no
+/// node is spun. Both start with the first clock that needs simulated time.
 /// Thread safety: every method from any thread. Real-time: no.
 class ContextTimeSource final : public takt::SimulatedClock::Source {
  public:

@@ -48,7 +48,7 @@ void add(Events& events, takt::Node& node, const End& end, const Callback& callb
          const std::shared_ptr<takt::CallbackGroup>& group) {
   if (!callback) return;
   if constexpr (std::is_same_v<Status, takt::DeadlineMissedStatus>) {
-    if (takt::QoS::is_for_ever(end.qos().deadline_period)) return;  // it is never missed
+    if (takt::QoS::is_for_ever(end.qos().deadline_period)) return;  // infinite, so never missed
   }
   events.push_back(node.create_qos_event<Status>(
       end,
@@ -59,8 +59,9 @@ void add(Events& events, takt::Node& node, const End& end, const Callback& callb
       group));
 }
 
-/// A timer that looks four times in a lease whether the publisher has published, or asserted that
-/// it is alive. An automatic one is alive as long as its process.
+/// Adds a timer that checks, four times in a lease duration, whether the publisher has published or
+/// asserted its liveliness. With automatic liveliness there is nothing to check: the publisher is
+/// alive as long as its process.
 void add_liveliness_lost(Events& events, takt::Node& node, const takt::PublisherBase& publisher,
                          const SharedTime& asserted, const QOSLivelinessLostCallbackType& callback,
                          const std::shared_ptr<takt::CallbackGroup>& group) {
@@ -78,7 +79,7 @@ void add_liveliness_lost(Events& events, takt::Node& node, const takt::Publisher
       [of = publisher.events(), asserted, callback, lease, lost = std::make_shared<Lost>()] {
         const takt::TimePoint alive = std::max(of->last_message(), asserted->load());
         if (takt::between(alive, takt::Clock::steady().now()) < lease) return;
-        if (lost->since.exchange(alive) == alive) return;  // it is known
+        if (lost->since.exchange(alive) == alive) return;  // this loss was reported before
         rmw_liveliness_lost_status_t status{++lost->count, 1};
         callback(status);
       },

@@ -19,7 +19,7 @@ using node_interfaces::NodeBaseInterface;
 using takt::programs::Program;
 
 namespace {
-/// How often a spin looks for what cannot wake it.
+/// How often a spin polls for events that cannot wake it, such as a std::future.
 constexpr std::chrono::nanoseconds kStep = std::chrono::milliseconds(10);
 }  // namespace
 
@@ -50,7 +50,7 @@ bool wait_for(Context& context, std::chrono::nanoseconds timeout,
 }
 }  // namespace detail
 
-/// A spin; the second at a time throws.
+/// One spin of an executor; a second one at the same time throws.
 class Executor::Spinning : public takt::programs::LongSpin {
  public:
   Spinning(Executor& executor, const char* function, bool is_long = false) : executor_(executor) {
@@ -66,7 +66,7 @@ class Executor::Spinning : public takt::programs::LongSpin {
   }
   ~Spinning() {
     Program::instance().has_spun();
-    executor_.is_cancelled_.store(false);  // that is done
+    executor_.is_cancelled_.store(false);  // cancel() ends one spin only
     executor_.is_spinning_.store(false);
   }
   Spinning(const Spinning&) = delete;
@@ -90,7 +90,7 @@ Executor::Executor(const ExecutorOptions& options, const std::string& name,
 Executor::~Executor() {
   context_->remove_waiter(*this);
   Program::instance().ends(*takt_);
-  takt_.reset();  // and with it all nodes: a static one would not remove them
+  takt_.reset();  // detaches all nodes; a static executor would refuse to remove them
   const std::lock_guard lock(mutex_);
   for (const auto& weak : nodes_) {
     if (const auto node = weak.lock()) node->get_associated_with_executor_atomic().store(false);
@@ -191,7 +191,8 @@ std::vector<std::weak_ptr<CallbackGroup>> Executor::get_all_callback_groups() {
   return groups;
 }
 
-// One of Takt's cancellations may be left from an earlier spin, and end this one.
+// A cancel() of Takt's executor that an earlier spin did not use may end takt_->spin(): hence the
+// loop.
 void Executor::spin() {
   const Spinning spinning(*this, "spin()", /*is_long=*/true);
   try {
@@ -199,13 +200,14 @@ void Executor::spin() {
   } catch (...) {
     try {
       Program::instance().end_spin(spinning);
-    } catch (...) {  // the first one counts
+    } catch (...) {  // the first exception counts
     }
     throw;
   }
   Program::instance().end_spin(spinning);
 }
-// What executors of a file serve does not end it: so it returns now and then.
+// Executors of a configuration file may serve the node instead. Their callbacks do not end this
+// call, so it waits at most kStep.
 void Executor::spin_once(std::chrono::nanoseconds timeout) {
   const Spinning spinning(*this, "spin_once()");
   if (!may_go_on()) return;
@@ -231,12 +233,12 @@ void Executor::spin_node_some(std::shared_ptr<Node> node) {
   spin_node_some(node->get_node_base_interface());
 }
 
-// What completes a std::future cannot wake the executor. Mostly it is one of its callbacks; for
-// others it asks now and then.
+// A std::future cannot wake the executor when it becomes ready. Usually a callback of this executor
+// completes it; for other threads, the loop checks the future every kStep.
 FutureReturnCode Executor::spin_until(const std::function<bool()>& is_ready,
                                       std::chrono::nanoseconds timeout) {
   if (is_ready()) {
-    if (!is_spinning()) is_cancelled_.store(false);  // this would have been the spin
+    if (!is_spinning()) is_cancelled_.store(false);  // cancel() was meant for this spin
     return FutureReturnCode::SUCCESS;
   }
   const Spinning spinning(*this, "spin_until_future_complete()");

@@ -12,11 +12,11 @@
 
 namespace rclcpp {
 
-/// What the clock tells, and the thread waits for: step by step,
-/// 1. the clock is set, and calls time_set under its lock, which compares with the time before;
-/// 2. a jump beyond the threshold is added to what is still to be reported, and the thread is
-/// woken;
-/// 3. which takes that, and calls.
+/// Reports jumps of a simulated clock on a thread of its own, step by step:
+/// 1. Setting the clock calls time_set under the clock's lock; time_set compares the new time with
+///    the last one.
+/// 2. A jump beyond the threshold is added to `untold_`, and the thread is woken.
+/// 3. The thread takes `untold_` and calls the callbacks.
 class JumpHandler::Watch final : takt::SimulatedClock::Listener {
  public:
   Watch(std::shared_ptr<takt::SimulatedClock> clock, pre_callback_t pre, post_callback_t post,
@@ -50,7 +50,7 @@ class JumpHandler::Watch final : takt::SimulatedClock::Listener {
       if (!call_.call([&](const auto& function) { function(*jump); })) return;
     }
   }
-  /// False: the thread is in a call that does not end before the caller goes on.
+  /// False: a callback may wait for the caller, so the thread cannot be joined.
   bool end() noexcept {
     call_.remove();
     wake();
@@ -60,7 +60,7 @@ class JumpHandler::Watch final : takt::SimulatedClock::Listener {
  private:
   void time_set(bool is_switched) noexcept override {
     const takt::SourceTime now = clock_->read();
-    // A switch has no length.
+    // A switch between real and simulated time has no duration: its delta is 0.
     const std::int64_t delta =
         std::exchange(last_, now).until(now).value_or(takt::Nanoseconds::zero()).count();
     const bool is_told = is_switched ? threshold_.on_clock_change

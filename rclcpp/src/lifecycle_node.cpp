@@ -8,7 +8,7 @@
 namespace rclcpp_lifecycle {
 namespace {
 
-/// That of the id; never destroyed.
+/// The State with this id; never destroyed, as callers keep references.
 const State& state_of(takt::LifecycleState state) {
   static const auto* states = [] {
     auto* all = new std::array<State, 256>;
@@ -32,7 +32,7 @@ std::vector<Transition> to_list(std::span<const takt::LifecycleTransition> trans
 
 }  // namespace
 
-/// Takt's lifecycle node, whose callbacks are those of its owner.
+/// Takt's lifecycle node; forwards each transition callback to the rclcpp node that owns it.
 class LifecycleNode::Machine final : public takt::LifecycleNode {
  public:
   using takt::LifecycleNode::LifecycleNode;
@@ -77,7 +77,7 @@ void LifecycleNode::add_managed_entity(std::weak_ptr<ManagedEntityInterface> ent
   std::erase_if(managed_, [](const auto& known) { return known.expired(); });
   managed_.push_back(std::move(entity));
 }
-// Each is kept only while it is used: one may drop another.
+// Locks one entity at a time: the callback of one may drop another.
 template <class Use>
 void LifecycleNode::each_managed(Use&& use) {
   std::vector<std::weak_ptr<ManagedEntityInterface>> entities;
@@ -134,7 +134,7 @@ bool LifecycleNode::register_callback(takt::LifecycleState during, Callback::Fun
     const std::lock_guard lock(mutex_);
     callbacks_[during].swap(added);
   }
-  if (added != nullptr) added->remove();  // the one before
+  if (added != nullptr) added->remove();  // the callback registered before
   return true;
 }
 LifecycleNode::CallbackReturn LifecycleNode::call(takt::LifecycleState during,

@@ -116,7 +116,8 @@ std::string value_of(std::string_view token, const Line& line) {
   return "{" + std::string(token) + "}";
 }
 
-/// With what "\\n" and the like stand for.
+/// Replaces escape sequences such as "\
+/// " by the characters that they stand for.
 std::string unescaped(std::string_view format) {
   constexpr std::string_view kLetters = "abnrt", kMeant = "\a\b\n\r\t";
   std::string text;
@@ -129,7 +130,7 @@ std::string unescaped(std::string_view format) {
   return text;
 }
 
-/// How RCUTILS_CONSOLE_OUTPUT_FORMAT and its like want it.
+/// Where and how lines are printed, from RCUTILS_CONSOLE_OUTPUT_FORMAT and related variables.
 struct Console {
   std::FILE* file = is_set("RCUTILS_LOGGING_USE_STDOUT") ? stdout : stderr;
   bool has_colours = std::getenv("RCUTILS_COLORIZED_OUTPUT") != nullptr
@@ -225,7 +226,7 @@ void log(const Logger& logger, int severity, const LogLocation& where, const cha
 void add_rosout(const std::string& logger, std::shared_ptr<RosoutPublisher> publisher) {
   Registry& all = registry();
   const std::lock_guard lock(all.mutex);
-  all.rosout[logger].swap(publisher);  // the argument, with the old one, goes after the lock
+  all.rosout[logger].swap(publisher);  // the old publisher is destroyed after the unlock
 }
 void remove_rosout(const std::string& logger) {
   std::shared_ptr<RosoutPublisher> gone;

@@ -19,7 +19,8 @@ using detail::RemapRule;
 // callback ends by itself, as in rclcpp. Seen: nothing.
 constexpr std::chrono::milliseconds kMostDropWait = std::chrono::milliseconds(100);
 
-/// Of a name that has become this path.
+/// Returns the expanded path if it is valid; else throws an error about `name`, as the user wrote
+/// it.
 std::string checked_path(std::string path, const std::string& name, bool is_service) {
   if (detail::is_path(path)) return path;
   constexpr const char* kWhy = "its parts must be names of letters, digits and '_'";
@@ -46,7 +47,7 @@ std::shared_ptr<takt::Node> NodeBaseInterface::make_node(const std::string& in_c
   if (how.name.empty()) {
     how.name = remapped(*own_, global(), RemapRule::Kind::node_name, in_code, in_code);
   }
-  // Rules of one node have the name that it has got.
+  // A namespace rule for one node refers to the node by its remapped name.
   std::string space =
       remapped(*own_, global(), RemapRule::Kind::name_space, how.name, space_in_code);
   if (!how.name_space.empty()) space = how.name_space;
@@ -57,7 +58,7 @@ std::shared_ptr<takt::Node> NodeBaseInterface::make_node(const std::string& in_c
   }
   how.name_space = space == "/" ? "" : space;
   how.parameters = parameter_overrides(how.name_space + "/" + how.name);
-  // The others are looked at when they are declared, see NodeParametersInterface.
+  // The other overrides apply when their parameters are declared, see NodeParametersInterface.
   std::erase_if(how.parameters, [](const auto& given) { return given.first != takt::kUseSimTime; });
   how.allow_undeclared_parameters = options_.allow_undeclared_parameters();
   how.exact_parameter_types = true;

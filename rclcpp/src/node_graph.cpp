@@ -16,9 +16,9 @@ namespace {
 using Names = NodeGraphInterface::NamesAndTypes;
 using Endpoints = std::vector<takt::GraphEndpoint>;
 
-/// Of all ends, or of one node's.
+/// Names and types of all endpoints, or only of those of one node.
 Names names_of(std::initializer_list<const Endpoints*> lists, const std::string& node = {}) {
-  std::map<std::string, std::set<std::string>> types;  // others may announce any number
+  std::map<std::string, std::set<std::string>> types;  // untrusted input: any number of these
   for (const Endpoints* endpoints : lists) {
     for (const takt::GraphEndpoint& endpoint : *endpoints) {
       if (node.empty() || endpoint.node == node) types[endpoint.name].insert(endpoint.type);
@@ -41,7 +41,7 @@ std::pair<std::string, std::string> split(const std::string& full_name) {
   if (slash == std::string::npos) return {full_name, ""};
   return {full_name.substr(slash + 1), slash == 0 ? "/" : full_name.substr(0, slash)};
 }
-/// Of "RIHS01_3f…"; unset if it is not known.
+/// The type hash from its text "RIHS01_3f…"; unset when discovery does not know the hash.
 rosidl_type_hash_t type_hash(const std::string& text) {
   rosidl_type_hash_t hash{};
   const auto digits = text.find('_') + 1;

@@ -24,7 +24,7 @@ std::string logger_name(const takt::Node& node) {
   return name;
 }
 
-// Loggers that nobody has are refused: others could fill the memory with them.
+// Unknown loggers are refused: otherwise requests of other processes could fill the memory.
 
 void get_levels(const GetLoggerLevels::Request& request, GetLoggerLevels::Response& response) {
   if (!takt::why_too_long(request).empty()) return;

@@ -148,7 +148,8 @@ ParameterValue NodeParametersInterface::declare_parameter(const std::string& nam
     }
     return declare_parameter(name, initial, descriptor);
   }
-  // Takt's parameters without a value have any type, so this one is checked when it is set.
+  // In Takt, a parameter without a value accepts any type: check_types() checks this one when it is
+  // set.
   auto unset = descriptor;
   const auto value = declare_parameter(name, ParameterValue(), unset.set__dynamic_typing(true));
   const std::lock_guard lock(mutex_);

@@ -9,7 +9,7 @@
 namespace rclcpp {
 namespace {
 
-/// Sends the request; the future, and the callback, get what the answer is converted to.
+/// Sends the request; the future and the callback get the response as `convert` returns it.
 template <class S, class Convert, class Callback>
 auto call(const std::shared_ptr<Client<S>>& client, typename S::Request request, Convert convert,
           Callback callback) {

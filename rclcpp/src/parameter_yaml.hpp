@@ -10,9 +10,8 @@
 
 namespace rclcpp::detail {
 
-/// By document::Rules::parameters: `1` is an integer, `1.0` a floating-point number, `"1"` a
-/// string,
-/// `[1, 2]` a list. Throws RCLInvalidROSArgsError when a list has several types.
+/// Types follow document::Rules::parameters: `1` is an integer, `1.0` a floating-point number,
+/// `"1"` a string, `[1, 2]` a list. Throws RCLInvalidROSArgsError when a list mixes types.
 takt::ParameterValue parameter_from_yaml(const std::string& text);
 /// Throws RCLInvalidROSArgsError when the file cannot be read, or is no file of parameters.
 std::vector<ParameterRule> parameters_from_file(const std::string& path);

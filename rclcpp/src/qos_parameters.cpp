@@ -34,7 +34,8 @@ constexpr Named<LivelinessPolicy> kLivelinesses[] = {
     {"manual_by_topic", LivelinessPolicy::ManualByTopic},
     {"system_default", LivelinessPolicy::SystemDefault}};
 
-/// Declares a parameter of this initial value, unless it is declared already.
+/// Returns the parameter of a QoS policy; declares it with an initial value unless it is declared
+/// already.
 class Declared {
  public:
   Declared(node_interfaces::NodeParametersInterface& parameters, std::string prefix)

@@ -1,4 +1,4 @@
-// Where lines of loggers go besides the terminal.
+// The /rosout publishers of loggers.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP_ROSOUT_HPP_
 #define RCLCPP_ROSOUT_HPP_
@@ -12,7 +12,7 @@
 namespace rclcpp::detail {
 
 using RosoutPublisher = takt::Publisher<rcl_interfaces::msg::Log>;
-/// Lines of this logger, and of those whose names begin so, go there from now on.
+/// From now on, lines of this logger and of its children also go to this publisher.
 void add_rosout(const std::string& logger, std::shared_ptr<RosoutPublisher> publisher);
 void remove_rosout(const std::string& logger);
 

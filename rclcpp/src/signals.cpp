@@ -35,9 +35,9 @@ struct Handled {
   bool has_thread = false;
 
   std::atomic<int> fd{-1};
-  std::array<struct sigaction, std::size(kSignals)> before{};  // while its handler is installed
+  std::array<struct sigaction, std::size(kSignals)> before{};  // valid while our handler is set
 };
-/// Never destroyed: a signal may come late.
+/// Never destroyed: a signal may come while the process exits.
 Handled& handled() {
   static auto* handled = new Handled;
   return *handled;
@@ -86,7 +86,7 @@ void start_thread(Handled& all) {
   if (all.fd.load() < 0) throw std::system_error(errno, std::generic_category(), "eventfd");
   sigset_t every, before;
   sigfillset(&every);
-  pthread_sigmask(SIG_SETMASK, &every, &before);  // so that it is another thread that is stopped
+  pthread_sigmask(SIG_SETMASK, &every, &before);  // inherited: signals interrupt other threads
   std::thread(shut_down_when_signalled).detach();
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
@@ -128,7 +128,7 @@ bool install_signal_handlers(SignalHandlerOptions signals) {
   action.sa_flags = SA_RESTART | SA_SIGINFO;
   for (std::size_t i = 0; i < std::size(kSignals); ++i) {
     if (!is_among(signals, kSignals[i])) continue;
-    sigaction(kSignals[i], nullptr, &all.before[i]);  // before our handler may look at it
+    sigaction(kSignals[i], nullptr, &all.before[i]);  // set first: our handler reads it
     sigaction(kSignals[i], &action, nullptr);
   }
   all.installed = signals;

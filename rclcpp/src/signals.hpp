@@ -7,7 +7,7 @@
 
 namespace rclcpp::detail {
 
-/// Unless its options say otherwise, which they may at any time.
+/// A signal shuts this context down, unless InitOptions::shutdown_on_signal is false by then.
 void shut_down_on_signal(Context& context);
 void forget_on_signal(Context& context);
 

@@ -13,7 +13,7 @@ MessageInfo::MessageInfo(const takt::MessageInfo& info) : info_{} {
   };
   info_.received_timestamp = since_1970(detail::system_now());
   info_.source_timestamp = since_1970(info.source_time);
-  // One of this process has the time of the steady clock only.
+  // A message of this process has no source time, only a publish time of the steady clock.
   if (info_.source_timestamp == 0 && info.publish_time != takt::TimePoint{}) {
     const takt::Nanoseconds age = takt::Clock::steady().now() - info.publish_time;
     info_.source_timestamp = info_.received_timestamp - age.count();

@@ -11,8 +11,8 @@
 
 namespace rclcpp {
 
-/// The clocks follow what sets the node's own, never each other: two sources may have each other's
-/// clocks.
+/// Attached clocks follow the time source of the node, never each other: two TimeSources may attach
+/// each other's clocks.
 class TimeSource::Link {
  public:
   using ClockPtr = std::shared_ptr<takt::SimulatedClock>;
@@ -35,7 +35,7 @@ class TimeSource::Link {
     look();
   }
   void leave() noexcept {
-    // Both go without the lock, as they wait for calls.
+    // Both are destroyed after the unlock: their destructors wait for running callbacks.
     takt::PostSetParametersHandle switched;
     node_interfaces::NodeBaseInterface::SharedPtr base;
     const std::lock_guard lock(mutex_);
@@ -56,10 +56,10 @@ class TimeSource::Link {
   }
 
  private:
-  // With the mutex held, and a node, as all that follows but `look`.
+  // Call with the mutex held and a node attached, as all functions below except look().
   ClockPtr own() const noexcept { return base_->takt_node()->clock().as_simulated(); }
   void release(const ClockPtr& clock) const noexcept {
-    if (clock == own()) return;  // it is its node's
+    if (clock == own()) return;  // the node sets its own clock
     if (simulates_) base_->time_source()->leave(*clock);
     clock->simulate(false);
   }
@@ -87,7 +87,7 @@ class TimeSource::Link {
   std::mutex mutex_;  // guards all below
   node_interfaces::NodeBaseInterface::SharedPtr base_;
   takt::PostSetParametersHandle switched_;
-  bool simulates_ = false;  // and so do the clocks
+  bool simulates_ = false;  // whether the node and the clocks use simulated time
   std::vector<ClockPtr> clocks_;
 };
 

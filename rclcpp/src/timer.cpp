@@ -3,8 +3,8 @@
 
 namespace rclcpp {
 
-/// What Takt's timer owns: the callback, and the timer which that is called with. So a callback
-/// that drops its own timer may go on with both.
+/// Owned by Takt's timer: the user's callback and the TimerBase passed to it. So a callback that
+/// drops its own timer may still use both.
 struct TimerBase::Called : TimerBase {
   Called(Clock::SharedPtr clock, std::function<void(TimerBase&)> function)
       : TimerBase(std::move(clock)), call(std::move(function)) {}
@@ -18,7 +18,7 @@ void TimerBase::start(takt::Node& node, std::chrono::nanoseconds period, const s
   run_ = [this, called] { called->call(*this); };
   called->run_ = [own = called.get()] { own->call(*own); };
   const auto run = [called] { called->call(*called); };
-  // It starts when all is there.
+  // Created without autostart: `called` must have its timer first.
   if (clock_->get_clock_type() == RCL_ROS_TIME) {
     timer_ = node.create_timer(name, period, run, std::move(group), false);
   } else {

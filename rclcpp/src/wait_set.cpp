@@ -20,7 +20,8 @@ WaitSetCore::~WaitSetCore() {
   context_->remove_waiter(*this);
 }
 
-// In the list first: a thread that waits is woken by it, and looks for it there.
+// Adds to `members_` first: set_.add() may wake the waiting thread, which looks for the entity
+// there.
 void WaitSetCore::add(Member member) {
   const auto entity = member.entity;
   const auto object = member.object;
@@ -44,7 +45,7 @@ void WaitSetCore::remove(const std::shared_ptr<const void>& object) {
 WaitSetCore::Member WaitSetCore::take(const std::shared_ptr<const void>& object) {
   Member taken{};
   const std::lock_guard lock(mutex_);
-  // The last one: one that is refused may be there already.
+  // Searches from the end: an entity refused because it was added twice is also nearer the front.
   const auto found = std::find_if(members_.rbegin(), members_.rend(),
                                   [&](const Member& member) { return member.object == object; });
   if (found == members_.rend()) return taken;
@@ -65,7 +66,7 @@ void WaitSetCore::collect(const std::vector<std::shared_ptr<takt::Entity>>& read
         break;
       case Kind::guard_condition: {
         list = {&ready_.guard_conditions, &ready_.size_of_guard_conditions};
-        takt::Slot slot;  // one trigger is one wait
+        takt::Slot slot;  // one trigger ends one wait
         if (is_ready) member.entity->take(slot);
         break;
       }

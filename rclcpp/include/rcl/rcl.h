@@ -1,4 +1,4 @@
-// What programs get of rcl by this header.
+// The parts of rcl that programs get from this header.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCL__RCL_H_
 #define RCL__RCL_H_

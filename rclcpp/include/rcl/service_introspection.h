@@ -1,4 +1,4 @@
-// What service introspection shows. Takt has none: see docs/reference/rclcpp.md.
+// States of service introspection, which Takt does not have: see docs/reference/rclcpp.md.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCL__SERVICE_INTROSPECTION_H_
 #define RCL__SERVICE_INTROSPECTION_H_

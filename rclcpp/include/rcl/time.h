@@ -27,7 +27,7 @@ typedef struct rcl_duration_s {
   rcl_duration_value_t nanoseconds;
 } rcl_duration_t;
 
-/// What a jump of a clock comes from.
+/// The cause of a clock jump.
 typedef enum rcl_clock_change_e {
   RCL_ROS_TIME_NO_CHANGE = 1,
   RCL_ROS_TIME_ACTIVATED,

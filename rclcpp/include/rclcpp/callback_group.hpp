@@ -1,4 +1,4 @@
-// Callback groups, which are Takt's.
+// Callback groups.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__CALLBACK_GROUP_HPP_
 #define RCLCPP__CALLBACK_GROUP_HPP_
@@ -6,7 +6,7 @@
 #include "takt/callback_groups/callback_group.hpp"
 
 namespace rclcpp {
-/// Takt's, with the pointers that rclcpp names.
+/// Takt's classes; CallbackGroup has the pointer aliases of rclcpp.
 using takt::CallbackGroup;
 using takt::CallbackGroupType;
 }  // namespace rclcpp

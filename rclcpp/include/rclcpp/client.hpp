@@ -33,8 +33,8 @@ std::string to_string(FutureReturnCode code);
 std::ostream& operator<<(std::ostream& stream, FutureReturnCode code);
 
 namespace detail {
-/// Until `is_true`, the time is over (negative: never), or the context is shut down. It asks every
-/// few milliseconds: Takt's threads of discovery go on meanwhile.
+/// Waits until `is_true()`, the timeout (negative: none) or the shutdown of the context. Polls
+/// every few milliseconds: discovery goes on in Takt's threads.
 bool wait_for(Context& context, std::chrono::nanoseconds timeout,
               const std::function<bool()>& is_true);
 
@@ -65,9 +65,9 @@ struct FutureAndRequestId {
 };
 }  // namespace detail
 
-/// Thread safety: every method from any thread. Real-time: the futures and responses of 16 calls at
-/// a time come from a pool, without strings and sequences of theirs; a call waits for no lock
-/// without priority inheritance. A callback that is larger than a pointer is allocated.
+/// Thread safety: every method from any thread. Real-time: the futures and responses of up to 16
+/// pending calls come from a pool, their strings and sequences from the heap. A call takes only
+/// locks with priority inheritance. A callback that is larger than a pointer is allocated.
 class ClientBase : public detail::ServiceIntrospection {
  public:
   RCLCPP_SMART_PTR_ALIASES_ONLY(ClientBase)
@@ -77,7 +77,7 @@ class ClientBase : public detail::ServiceIntrospection {
 
   const char* get_service_name() const { return name_.c_str(); }
   virtual bool service_is_ready() const = 0;
-  /// Needs no spin. False at a shutdown, too.
+  /// Works without a spin. False at the timeout, or when the context is shut down.
   template <class Rep = std::int64_t, class Period = std::milli>
   bool wait_for_service(
       std::chrono::duration<Rep, Period> timeout = std::chrono::duration<Rep, Period>(-1)) {
@@ -172,17 +172,18 @@ class Client : public ClientBase {
     return SharedFutureWithRequestAndRequestId(std::move(future), send(*request, std::move(call)));
   }
 
-  /// Its answer is dropped. Whether it was pending.
+  /// Drops the response to this request. Returns whether the request was pending.
   bool remove_pending_request(std::int64_t id) { return typed()->forget(id); }
   template <class F>
   bool remove_pending_request(const detail::FutureAndRequestId<F>& request) {
     return remove_pending_request(request.request_id);
   }
-  /// How many there were.
+  /// Drops all pending requests. Returns their number.
   std::size_t prune_pending_requests() {
     return prune([](auto) { return true; }, nullptr);
   }
-  /// Those that were sent before this time; their numbers are added to the list, if there is one.
+  /// Drops the pending requests that were sent before this time, and appends their ids to `pruned`,
+  /// if given.
   std::size_t prune_requests_older_than(std::chrono::time_point<std::chrono::system_clock> time,
                                         std::vector<std::int64_t>* pruned = nullptr) {
     return prune([time](auto sent) { return sent < time; }, pruned);
@@ -198,7 +199,7 @@ class Client : public ClientBase {
                                                       std::move(group))) {}
   takt::Client<S>* typed() const { return static_cast<takt::Client<S>*>(takt_.get()); }
 
-  /// That waits for its answer. It and what it makes lie in cells.
+  /// A pending request; allocated from `cells_`, as are its promise and its response.
   template <class Value>
   struct Call {
     explicit Call(std::shared_ptr<const takt::Cells> from) : cells(std::move(from)) {}
@@ -214,7 +215,7 @@ class Client : public ClientBase {
 
     const std::shared_ptr<const takt::Cells> cells;
     std::promise<Value> promise{std::allocator_arg, cells->allocator()};
-    SharedRequest request;             // for a value that has it
+    SharedRequest request;             // for a Value that contains it
     std::shared_future<Value> future;  // for the callback
     std::function<void(std::shared_future<Value>)> callback;
   };
@@ -231,7 +232,7 @@ class Client : public ClientBase {
         });
     const std::lock_guard lock(mutex_);
     Sent& place = sent_[static_cast<std::uint64_t>(id) % kMostRequests];
-    if (place.id < id) place = {id, now};  // else this call has ended, and another one is there
+    if (place.id < id) place = {id, now};  // else the call has ended; a later one is here
     return id;
   }
   template <class Condition>
@@ -241,10 +242,10 @@ class Client : public ClientBase {
       mutex_.lock();
       const auto [id, time] = place;
       mutex_.unlock();
-      // Unless it was answered.
+      // False if the response has come meanwhile.
       if (is_meant(time) && remove_pending_request(id)) ended.push_back(id);
     }
-    std::sort(ended.begin(), ended.end());  // as they were sent
+    std::sort(ended.begin(), ended.end());  // in the order of sending
     if (pruned != nullptr) pruned->insert(pruned->end(), ended.begin(), ended.end());
     return ended.size();
   }
@@ -263,7 +264,7 @@ class Client : public ClientBase {
     std::chrono::system_clock::time_point time{};
   };
   takt::PiMutex mutex_;
-  std::vector<Sent> sent_ = std::vector<Sent>(kMostRequests);  // guarded by it, by place
+  std::vector<Sent> sent_ = std::vector<Sent>(kMostRequests);  // guarded by mutex_; by id % size
 };
 
 }  // namespace rclcpp

@@ -1,4 +1,4 @@
-// Clocks of three kinds; that of a node follows simulated time.
+// Clocks of three types; the clock of a node follows simulated time.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__CLOCK_HPP_
 #define RCLCPP__CLOCK_HPP_
@@ -15,9 +15,10 @@
 
 namespace rclcpp {
 
-/// Calls when simulated time jumps, for as long as it lives: on a thread of its own, after the
-/// jump. Jumps that come while a callback runs are reported as one. When it has gone, no callback
-/// runs, but one that waits for the caller. Thread safety: it may go on any thread. Real-time: no.
+/// Calls the user's callbacks after each jump of simulated time, on a thread of its own, for the
+/// lifetime of the handler. Jumps during a callback are reported as one. The destructor waits for a
+/// running callback, unless that callback waits for the destructor. Thread safety: any thread may
+/// destroy it. Real-time: no.
 class JumpHandler {
  public:
   RCLCPP_SMART_PTR_DEFINITIONS_NOT_COPYABLE(JumpHandler)
@@ -35,13 +36,13 @@ class JumpHandler {
 };
 
 /// Thread safety: every method from any thread.
-/// Real-time: now; the rest sleeps.
+/// Real-time: reading the time; the other methods may sleep or allocate.
 class Clock {
  public:
   RCLCPP_SMART_PTR_DEFINITIONS(Clock)
 
   explicit Clock(rcl_clock_type_t type = RCL_SYSTEM_TIME);
-  /// Of RCL_ROS_TIME, which is this clock's while that simulates, else the system's.
+  /// A clock of type RCL_ROS_TIME: the time of `simulated` while that simulates, else system time.
   explicit Clock(std::shared_ptr<takt::SimulatedClock> simulated);
 
   Time now() const;
@@ -66,11 +67,11 @@ class Clock {
       const rcl_jump_threshold_t& threshold);
 
   // For this library.
-  /// nullptr: it is none of ROS time.
+  /// nullptr: this clock is not of type RCL_ROS_TIME.
   const std::shared_ptr<takt::SimulatedClock>& simulated() const noexcept { return simulated_; }
-  /// Now, with the source that it is of.
+  /// The time now, and its source: real or simulated.
   takt::SourceTime read() const;
-  /// What timers of this clock wait by.
+  /// The Takt clock of this clock's timers.
   takt::Clock& takt_clock() const;
 
  private:
@@ -79,7 +80,7 @@ class Clock {
 };
 
 namespace detail {
-/// Of the system; of a program that is simulated, the virtual time.
+/// System time; in a simulated program, the virtual time.
 std::chrono::system_clock::time_point system_now();
 }  // namespace detail
 

@@ -1,4 +1,4 @@
-// What init and shutdown begin and end: arguments, and the participant of the nodes.
+// The state between init and shutdown: arguments, and the participant of the nodes.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__CONTEXT_HPP_
 #define RCLCPP__CONTEXT_HPP_
@@ -37,7 +37,7 @@ class ContextAlreadyInitialized : public std::runtime_error {
   ContextAlreadyInitialized() : std::runtime_error("context is already initialized") {}
 };
 
-/// A callback of shutdown; its handle, with which it is removed.
+/// The handle of a shutdown callback, needed to remove it.
 class ShutdownCallbackHandle {
  public:
   using ShutdownCallbackType = std::function<void()>;
@@ -62,20 +62,20 @@ class Context : public std::enable_shared_from_this<Context> {
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
 
-  /// Reads what follows `--ros-args`. Throws ContextAlreadyInitialized, UnknownROSArgsError or
-  /// RCLInvalidROSArgsError.
+  /// Parses the arguments after `--ros-args`. Throws ContextAlreadyInitialized, UnknownROSArgsError
+  /// or RCLInvalidROSArgsError.
   virtual void init(int argc, char const* const* argv, const InitOptions& options = InitOptions());
   bool is_valid() const noexcept { return is_valid_.load(); }
   const InitOptions& get_init_options() const { return options_; }
   std::size_t get_domain_id() const { return options_.get_domain_id(); }
   std::string shutdown_reason() const;
-  /// False when it is not valid (any more). It returns when all callbacks have, also while another
-  /// thread shuts down, but not in one of these. What the first of them throws is thrown when all
-  /// were called.
+  /// Calls all shutdown callbacks, then throws the first of their exceptions. False if the context
+  /// was not valid; if another thread is shutting it down, waits until the callbacks have returned,
+  /// except in one of these callbacks.
   virtual bool shutdown(const std::string& reason);
 
-  // A callback that is removed is called no more; the removal waits for one that another thread is
-  // in, but not for one that waits for the caller.
+  // A removed callback is not called any more. Removal waits for a call on another thread, unless
+  // that call waits for the caller.
 
   virtual OnShutdownCallback on_shutdown(OnShutdownCallback callback);
   virtual OnShutdownCallbackHandle add_on_shutdown_callback(OnShutdownCallback callback);
@@ -83,7 +83,8 @@ class Context : public std::enable_shared_from_this<Context> {
   virtual PreShutdownCallbackHandle add_pre_shutdown_callback(PreShutdownCallback callback);
   virtual bool remove_pre_shutdown_callback(const PreShutdownCallbackHandle& handle);
 
-  /// Until the time is over or the context is shut down; whether it is still valid.
+  /// Sleeps until the time is over or the context is shut down. Returns whether the context is
+  /// still valid.
   bool sleep_for(const std::chrono::nanoseconds& duration);
   bool sleep_until(std::chrono::steady_clock::time_point time);
 
@@ -91,14 +92,15 @@ class Context : public std::enable_shared_from_this<Context> {
   // For this library.
 
   const detail::Arguments& arguments() const;
-  /// That of the context's nodes, which keep it; it goes with the last of them.
+  /// The participant of the context's nodes. They own it: it is destroyed with the last of them.
   std::shared_ptr<takt::Participant> participant();
   std::shared_ptr<takt::SimulatedClock::Source> time_source();
-  /// Woken by shutdown. Does not throw.
+  /// shutdown() wakes this waiter.
   void add_waiter(takt::Wakeable& waiter);
   void remove_waiter(takt::Wakeable& waiter) noexcept;
-  /// A container of Takt makes a component: the context is valid until that ends, shutdown ends it,
-  /// and nodes that the component makes are on its participant. Nothing where init was called.
+  /// For a Takt container that makes a component: the context is valid until the container ends,
+  /// shutdown() ends the container, and nodes of the component are on the container's participant.
+  /// Does nothing if the context is valid already.
   void enter_container(const takt::NodeOptions& options);
 
  private:
@@ -113,9 +115,9 @@ class Context : public std::enable_shared_from_this<Context> {
   void wait_for_shutdown();
 
   std::atomic<bool> is_valid_{false};
-  std::atomic<bool> is_ending_{false};  // one thread shuts down
+  std::atomic<bool> is_ending_{false};  // a thread runs shutdown()
   Callbacks on_shutdown_, before_shutdown_;
-  mutable std::mutex mutex_;  // guards all below, and is_valid_ for those that wait
+  mutable std::mutex mutex_;  // guards all below, and changes of is_valid_
   std::condition_variable ended_;
   InitOptions options_;
   std::unique_ptr<detail::Arguments> arguments_;

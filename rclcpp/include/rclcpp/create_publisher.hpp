@@ -1,4 +1,4 @@
-// Makes publishers, subscriptions, services, clients and timers of whatever class of node.
+// Makes publishers, subscriptions, services, clients and timers for any class of node.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__CREATE_PUBLISHER_HPP_
 #define RCLCPP__CREATE_PUBLISHER_HPP_
@@ -20,7 +20,7 @@
 namespace rclcpp {
 
 namespace detail {
-/// From a node, or one of its interfaces.
+/// The base interface of a node, from the node or any of its interfaces.
 template <class N>
 node_interfaces::NodeBaseInterface& base_of(N&& node) {
   if constexpr (requires { dereferenced(node).resolve_topic_or_service_name("", false); }) {
@@ -29,8 +29,8 @@ node_interfaces::NodeBaseInterface& base_of(N&& node) {
     return *dereferenced(node).get_node_base_interface();
   }
 }
-/// The parameters that override QoS: of a node, or of its interface of parameters. Another
-/// interface of a node has none, so nothing is overridden.
+/// The QoS override parameters, from a node or its parameters interface. Other interfaces of a node
+/// give no access to parameters: with these, options that override QoS throw.
 template <class N>
 QosParameters qos_parameters_of(N&& node) {
   using Parameters = node_interfaces::NodeParametersInterface;

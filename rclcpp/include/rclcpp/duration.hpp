@@ -13,8 +13,8 @@
 
 namespace rclcpp {
 
-/// Nanoseconds with a sign. Sums that it cannot hold throw std::overflow_error.
-/// Thread safety: a value. Real-time: yes, but for what throws.
+/// Nanoseconds with a sign. Arithmetic that overflows throws std::overflow_error.
+/// Thread safety: a value. Real-time: yes, unless it throws.
 class Duration {
  public:
   Duration(std::int32_t seconds, std::uint32_t nanoseconds);

@@ -1,4 +1,4 @@
-// Callbacks for events of publishers and subscriptions besides messages.
+// Callbacks for QoS events of publishers and subscriptions.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__EVENT_HANDLER_HPP_
 #define RCLCPP__EVENT_HANDLER_HPP_
@@ -41,7 +41,7 @@ using PublisherMatchedCallbackType = std::function<void(MatchedInfo&)>;
 using SubscriptionMatchedCallbackType = std::function<void(MatchedInfo&)>;
 
 namespace detail {
-/// A callback that Takt has no event for: giving one does not compile.
+/// Stands for a callback of an event that Takt does not have: assigning one does not compile.
 struct NoEvent {
   template <class T>
   NoEvent& operator=(T&&) {
@@ -74,7 +74,7 @@ Events make_events(takt::Node& node, const takt::SubscriptionBase& subscription,
                    const SubscriptionEventCallbacks& callbacks,
                    const std::shared_ptr<takt::CallbackGroup>& group);
 using SharedTime = std::shared_ptr<std::atomic<takt::TimePoint>>;
-/// `asserted`: when its liveliness was asserted last.
+/// `asserted`: when the publisher last asserted its liveliness.
 Events make_events(takt::Node& node, const takt::PublisherBase& publisher,
                    const SharedTime& asserted, const PublisherEventCallbacks& callbacks,
                    const std::shared_ptr<takt::CallbackGroup>& group);

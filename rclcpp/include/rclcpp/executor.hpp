@@ -25,9 +25,9 @@ struct ExecutorOptions {
   std::size_t max_conditions = 0;
 };
 
-/// Keeps its nodes weakly. Throws std::runtime_error when a node belongs to an executor already, or
-/// when it is spun while it spins.
-/// Thread safety: every method from any thread. Real-time: as the executor of Takt.
+/// Holds its nodes by weak_ptr. Throws std::runtime_error when a node belongs to an executor
+/// already, or when a second spin begins during the first.
+/// Thread safety: every method from any thread. Real-time: as Takt's executor.
 class Executor : takt::Wakeable {
  public:
   RCLCPP_SMART_PTR_DEFINITIONS_NOT_COPYABLE(Executor)
@@ -68,13 +68,13 @@ class Executor : takt::Wakeable {
         std::chrono::duration_cast<std::chrono::nanoseconds>(timeout));
   }
 
-  /// Ends the spin, or the next one if there is none.
+  /// Ends the running spin; if there is none, the next one.
   virtual void cancel();
   bool is_spinning() { return is_spinning_.load(); }
 
   // For this library.
   takt::Executor& takt() noexcept { return *takt_; }
-  /// Has the node for as long as it lives, unless a callback removes it.
+  /// Adds a node for the lifetime of this object, unless a callback removes the node before.
   class With {
    public:
     With(Executor& executor, node_interfaces::NodeBaseInterface::SharedPtr node)
@@ -91,15 +91,15 @@ class Executor : takt::Wakeable {
   };
 
  protected:
-  /// That of Takt with this name.
+  /// Wraps Takt's executor of this name.
   Executor(const ExecutorOptions& options, const std::string& name,
            const takt::ExecutorOptions& how = {});
 
  private:
   class Spinning;
-  /// Removes it. False: it is not here.
+  /// Removes the node. False: the node is not in this executor.
   bool forget(const node_interfaces::NodeBaseInterface::SharedPtr& node);
-  /// The same, for destructors.
+  /// As forget(), but logs errors instead of throwing, for destructors.
   void release(const node_interfaces::NodeBaseInterface::SharedPtr& node) noexcept;
   void wake() noexcept override { takt_->cancel(); }
   bool may_go_on() const noexcept { return !is_cancelled_.load() && context_->is_valid(); }

@@ -1,4 +1,4 @@
-// The executors that programs name, and the functions that spin a node on one of their own.
+// The executors of rclcpp, and the functions that spin a node on an executor of their own.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__EXECUTORS_HPP_
 #define RCLCPP__EXECUTORS_HPP_
@@ -18,7 +18,7 @@ class SingleThreadedExecutor : public Executor {
   explicit SingleThreadedExecutor(const ExecutorOptions& options = ExecutorOptions())
       : Executor(options) {}
 };
-/// The same: its set of callbacks may change.
+/// Also Takt's `single_threaded`, so callbacks may be added and removed while it spins.
 class StaticSingleThreadedExecutor : public Executor {
  public:
   RCLCPP_SMART_PTR_DEFINITIONS(StaticSingleThreadedExecutor)
@@ -29,7 +29,7 @@ class StaticSingleThreadedExecutor : public Executor {
 class MultiThreadedExecutor : public Executor {
  public:
   RCLCPP_SMART_PTR_DEFINITIONS(MultiThreadedExecutor)
-  /// 0: as many threads as CPUs, at least two. Nothing yields, and no timeout is needed.
+  /// `number_of_threads` 0: one for each CPU, at least two. The other two arguments have no effect.
   explicit MultiThreadedExecutor(const ExecutorOptions& options = ExecutorOptions(),
                                  std::size_t number_of_threads = 0,
                                  bool yield_before_execute = false,
@@ -39,7 +39,7 @@ class MultiThreadedExecutor : public Executor {
  private:
   const std::size_t threads_;
 };
-/// Takt's `events`, with several threads: of ROS 2 Lyrical.
+/// Takt's `events` with several threads; rclcpp has this class since ROS 2 Lyrical.
 class EventsCBGExecutor : public Executor {
  public:
   RCLCPP_SMART_PTR_DEFINITIONS(EventsCBGExecutor)

@@ -7,7 +7,7 @@
 
 namespace rclcpp {
 
-/// Not remapped. Throws exceptions::InvalidTopicNameError or InvalidServiceNameError.
+/// Applies no remap rules. Throws exceptions::InvalidTopicNameError or InvalidServiceNameError.
 std::string expand_topic_or_service_name(const std::string& name, const std::string& node_name,
                                          const std::string& name_space, bool is_service = false);
 

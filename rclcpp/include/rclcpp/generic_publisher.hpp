@@ -26,7 +26,7 @@ class GenericPublisher {
   void publish(const SerializedMessage& message) { takt_->publish(message.bytes()); }
   const char* get_topic_name() const { return takt_->topic().c_str(); }
   std::size_t get_subscription_count() const { return takt_->subscription_count(); }
-  /// None, as in rclcpp: those of this process get the bytes, too.
+  /// Always 0, as in rclcpp: subscriptions of this process get the serialized message, too.
   std::size_t get_intra_process_subscription_count() const { return 0; }
 
  private:

@@ -19,7 +19,7 @@ class InitOptions {
   bool auto_initialize_logging() const { return initialize_logging_; }
   void set_domain_id(std::size_t domain) { domain_ = domain; }
   void use_default_domain_id() { domain_.reset(); }
-  /// That of the environment unless one was set.
+  /// The domain id that was set, or else the one of the environment.
   std::size_t get_domain_id() const;
 
  private:

@@ -10,9 +10,9 @@
 
 namespace rclcpp {
 
-/// It is as new, and is not copied when it is published. Thread safety: a value.
-/// Real-time: it lies where its publisher would copy a message to, and keeps the memory of strings
-/// and sequences there; it comes from the heap when all of these are in transit.
+/// Starts with default values, and is published without a copy. Thread safety: a value.
+/// Real-time: the message comes from the publisher's pool, where strings and sequences keep their
+/// memory. While the whole pool is in transit, messages come from the heap.
 template <class M, class Allocator = std::allocator<void>>
 class LoanedMessage {
  public:
@@ -28,7 +28,7 @@ class LoanedMessage {
 
   bool is_valid() const { return place_ || own_ != nullptr; }
   M& get() const { return place_ ? *place_ : *own_; }
-  /// Moved to the heap.
+  /// Moves the message to the heap, and hands it over.
   std::unique_ptr<M> release() {
     if (!place_) return std::move(own_);
     const takt::LoanedMessage<M> place = std::move(place_);
@@ -42,7 +42,7 @@ class LoanedMessage {
 
  private:
   takt::LoanedMessage<M> place_;
-  std::unique_ptr<M> own_;  // if there was no place
+  std::unique_ptr<M> own_;  // when the pool was empty
 };
 
 }  // namespace rclcpp

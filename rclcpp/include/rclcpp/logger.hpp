@@ -11,18 +11,18 @@
 namespace rclcpp {
 
 namespace detail {
-/// What is known of a name. Never destroyed.
+/// The name and levels of a logger. Never destroyed.
 struct LoggerState {
   std::string name;
   std::atomic<int> own_level{0}, effective_level{20};
 };
 LoggerState& logger_state(const std::string& name);
-/// nullptr: nobody has asked for it.
+/// nullptr: the program has no logger of this name.
 LoggerState* known_logger(const std::string& name);
 }  // namespace detail
 
-/// A name, and the level from which on its lines are written. The name "a.b" has the level of "a"
-/// if it has none of its own. It may be used before init, and after shutdown.
+/// Writes lines of its level and above. Logger "a.b" has the level of "a" unless it has a level of
+/// its own. It may be used before init, and after shutdown.
 /// Thread safety: every method from any thread. Real-time: is_enabled.
 class Logger {
  public:

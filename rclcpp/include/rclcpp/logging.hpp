@@ -28,7 +28,7 @@ template <class Clock>
 bool throttle(std::atomic<std::int64_t>& last, Clock& clock, std::int64_t duration_ms) {
   const std::int64_t now = clock.now().nanoseconds();
   std::int64_t before = last.load(std::memory_order_relaxed);
-  // A clock that was set back begins anew.
+  // After the clock was set back, the limit starts anew.
   const bool may = before == std::numeric_limits<std::int64_t>::min() || now < before ||
                    now - before >= duration_ms * 1'000'000;
   return may && last.compare_exchange_strong(before, now, std::memory_order_relaxed);

@@ -1,4 +1,4 @@
-// The memory strategy that executors of rclcpp have without another.
+// The default memory strategy of rclcpp's executors.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__MEMORY_STRATEGIES_HPP_
 #define RCLCPP__MEMORY_STRATEGIES_HPP_

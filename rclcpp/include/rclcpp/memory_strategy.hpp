@@ -1,4 +1,4 @@
-// Memory strategies of executors: Takt's executors have their own, and take no other.
+// Memory strategies of executors: Takt's executors have their own, and ignore these.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__MEMORY_STRATEGY_HPP_
 #define RCLCPP__MEMORY_STRATEGY_HPP_

@@ -1,4 +1,4 @@
-// What is known of a message besides its content.
+// Metadata of a received message: time stamps, sequence number and GID of the publisher.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__MESSAGE_INFO_HPP_
 #define RCLCPP__MESSAGE_INFO_HPP_

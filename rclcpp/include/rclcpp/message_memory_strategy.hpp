@@ -1,4 +1,4 @@
-// What gives a subscription its messages in rclcpp. Takt does so itself, and takes no other.
+// rclcpp's allocation of received messages. Takt allocates messages itself, and ignores this.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__MESSAGE_MEMORY_STRATEGY_HPP_
 #define RCLCPP__MESSAGE_MEMORY_STRATEGY_HPP_

@@ -1,4 +1,4 @@
-// The addresses that a publisher or subscription uses; Takt tells none.
+// The addresses that a publisher or subscription uses; Takt does not report them.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__NETWORK_FLOW_ENDPOINT_HPP_
 #define RCLCPP__NETWORK_FLOW_ENDPOINT_HPP_
@@ -9,8 +9,8 @@
 
 namespace rclcpp {
 
-/// get_network_flow_endpoints() throws exceptions::RCLError, as rclcpp does over a middleware that
-/// cannot tell.
+/// get_network_flow_endpoints() throws exceptions::RCLError, as rclcpp does over an RMW without
+/// this feature.
 class NetworkFlowEndpoint {
  public:
   const std::string& transport_protocol() const { return protocol_; }

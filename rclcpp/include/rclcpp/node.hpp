@@ -31,7 +31,7 @@ class Node : public detail::NodeApi, public std::enable_shared_from_this<Node> {
     return rclcpp::create_publisher<M, Allocator, P>(
         get_node_parameters_interface(), get_node_base_interface(), in_sub(topic), qos, options);
   }
-  /// The same node; what it creates is in this namespace.
+  /// The same node, but relative names get this namespace as a prefix.
   SharedPtr create_sub_node(const std::string& name_space);
 
  protected:

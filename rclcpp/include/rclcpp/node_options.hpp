@@ -72,7 +72,7 @@ class NodeOptions {
     return RCL_ROS_TIME;
   }
 
-  // For this library. nullopt: the node is none of a Takt container.
+  // For this library. nullopt: the node is not in a Takt container.
   const std::optional<takt::NodeOptions>& takt() const {
     return takt_;
   }

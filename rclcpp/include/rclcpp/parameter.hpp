@@ -46,7 +46,7 @@ class Parameter {
   const ParameterValue& get_parameter_value() const { return value_; }
   rcl_interfaces::msg::ParameterValue get_value_message() const { return value_.to_value_msg(); }
 
-  /// Throws exceptions::InvalidParameterTypeException when it has another type.
+  /// Throws exceptions::InvalidParameterTypeException when the parameter has another type.
   template <ParameterType type>
   decltype(auto) get_value() const {
     return checked([this]() -> decltype(auto) { return value_.get<type>(); });

@@ -16,7 +16,7 @@
 
 namespace rclcpp {
 
-/// Answers come while the node is spun.
+/// Responses arrive only while the node is spun.
 /// Thread safety: every method from any thread. Real-time: no.
 class AsyncParametersClient {
   template <class T>
@@ -27,7 +27,7 @@ class AsyncParametersClient {
  public:
   RCLCPP_SMART_PTR_DEFINITIONS(AsyncParametersClient)
 
-  /// `remote_node`: its name; empty: the node itself.
+  /// `remote_node`: the name of the node with the parameters; empty: the node itself.
   AsyncParametersClient(node_interfaces::NodeBaseInterface::SharedPtr base,
                         node_interfaces::NodeTopicsInterface::SharedPtr,
                         node_interfaces::NodeGraphInterface::SharedPtr,
@@ -64,7 +64,7 @@ class AsyncParametersClient {
       const std::vector<Parameter>& parameters,
       Callback<rcl_interfaces::msg::SetParametersResult> callback = nullptr);
   std::shared_future<Results> delete_parameters(const std::vector<std::string>& names);
-  /// Those that a file has for the remote node.
+  /// Sets the parameters that a file has for the remote node.
   std::shared_future<Results> load_parameters(const std::string& yaml_file);
   std::shared_future<rcl_interfaces::msg::ListParametersResult> list_parameters(
       const std::vector<std::string>& prefixes, std::uint64_t depth,
@@ -108,8 +108,8 @@ class AsyncParametersClient {
   const std::shared_ptr<Clients> clients_;
 };
 
-/// Spins the node until the answer has come: on an executor of its own, or on the one that it is
-/// given. The node must not be in another one.
+/// Spins the node until the response has come, on an executor of its own or the given one. The node
+/// must not be in another executor.
 /// Thread safety: of one thread. Real-time: no.
 class SyncParametersClient {
   using Timeout = std::chrono::nanoseconds;
@@ -197,7 +197,7 @@ class SyncParametersClient {
   }
 
  private:
-  /// What stands for no answer is empty.
+  /// The response; an empty value if none came in time.
   template <class T>
   T wait(const std::shared_future<T>& future, Timeout timeout) {
     const auto code =

@@ -16,7 +16,7 @@
 
 namespace rclcpp {
 
-/// Each keeps its callback, which is called no more when it is dropped.
+/// A handle keeps its callback registered until the handle is dropped.
 struct ParameterCallbackHandle {
   RCLCPP_SMART_PTR_DEFINITIONS(ParameterCallbackHandle)
   using ParameterCallbackType = std::function<void(const Parameter&)>;
@@ -30,9 +30,9 @@ struct ParameterEventCallbackHandle {
   takt::detail::CallbackHandle<void(const rcl_interfaces::msg::ParameterEvent&)> handle;
 };
 
-/// A callback is called for as long as its handle is kept: the one that was added last, first. When
-/// the handle is removed or dropped, no callback of another thread runs any more, but one that
-/// waits for the caller. Thread safety: every method from any thread. Real-time: no.
+/// A callback stays registered as long as its handle is kept; the one added last is called first.
+/// Removing or dropping a handle waits for a call on another thread, unless that call waits for the
+/// caller. Thread safety: every method from any thread. Real-time: no.
 class ParameterEventHandler {
   using Event = rcl_interfaces::msg::ParameterEvent;
 
@@ -53,17 +53,17 @@ class ParameterEventHandler {
   [[nodiscard]] ParameterCallbackHandle::SharedPtr add_parameter_callback(
       const std::string& parameter_name, ParameterCallbackType callback,
       const std::string& node_name = "");
-  // These throw std::runtime_error when it is none of this handler, or was removed before.
+  // These throw std::runtime_error for a handle of another handler, or one that was removed before.
   void remove_parameter_callback(ParameterCallbackHandle::SharedPtr handle);
   [[nodiscard]] ParameterEventCallbackHandle::SharedPtr add_parameter_event_callback(
       ParameterEventCallbackType callback);
   void remove_parameter_event_callback(ParameterEventCallbackHandle::SharedPtr handle);
 
-  /// False: the event is about another one.
+  /// False: the event does not contain this parameter of this node.
   static bool get_parameter_from_event(const Event& event, Parameter& parameter,
                                        const std::string& parameter_name,
                                        const std::string& node_name = "");
-  /// Throws std::runtime_error then.
+  /// Throws std::runtime_error when the event does not contain the parameter.
   static Parameter get_parameter_from_event(const Event& event, const std::string& parameter_name,
                                             const std::string& node_name = "");
   static std::vector<Parameter> get_parameters_from_event(const Event& event);

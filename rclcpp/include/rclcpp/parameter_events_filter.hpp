@@ -1,4 +1,4 @@
-// Those changes of a parameter event that have some names and are of some kinds.
+// Filters a parameter event by names of parameters and kinds of changes.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__PARAMETER_EVENTS_FILTER_HPP_
 #define RCLCPP__PARAMETER_EVENTS_FILTER_HPP_
@@ -15,7 +15,7 @@
 
 namespace rclcpp {
 
-/// Keeps the event. New ones come first, then changed ones, then deleted ones.
+/// Keeps the event alive. New parameters come first, then changed ones, then deleted ones.
 /// Thread safety: immutable. Real-time: no.
 class ParameterEventsFilter {
  public:

@@ -17,7 +17,7 @@
 
 namespace rclcpp {
 
-/// In the order of Takt's types, which is that of rcl_interfaces/msg/ParameterType.
+/// The order is that of takt::ParameterValue and rcl_interfaces/msg/ParameterType.
 enum ParameterType : std::uint8_t {
   PARAMETER_NOT_SET = 0,
   PARAMETER_BOOL = 1,
@@ -41,7 +41,7 @@ class ParameterTypeException : public std::runtime_error {
 };
 
 namespace detail {
-/// What a T is stored as: int as std::int64_t, float as double, also in lists.
+/// The type that stores a T: std::int64_t for int, double for float, also in lists.
 template <class T>
 using StoredParameter = decltype(takt::detail::widened(std::declval<std::decay_t<T>>()));
 template <class T>
@@ -82,7 +82,7 @@ class ParameterValue {
     if (get_type() != type) throw ParameterTypeException(type, get_type());
     return std::get<static_cast<std::size_t>(type)>(value_);
   }
-  /// A reference to what is stored, or a copy of another type.
+  /// A reference to the stored value, or a converted copy if T is another type.
   template <class T>
   decltype(auto) get() const {
     if constexpr (std::is_same_v<T, ParameterValue>) {

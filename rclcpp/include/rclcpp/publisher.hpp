@@ -100,13 +100,13 @@ class Publisher : public PublisherBase {
       typed_->publish(message);
     }
   }
-  /// Of another deleter: a copy is sent.
+  /// A message with another deleter is copied.
   template <class D>
   requires(!std::is_same_v<D, std::default_delete<PublishedType>>) void publish(
       std::unique_ptr<PublishedType, D> message) {
     publish(*message);
   }
-  // Of an adapted publisher: the message itself.
+  // A publisher with a TypeAdapter also accepts the ROS message itself.
   template <class T>
   requires(Types::kIsAdapted&& std::is_same_v<T, ROSMessageType>) void publish(const T& message) {
     typed_->publish(message);

@@ -11,14 +11,14 @@
 
 namespace rclcpp {
 
-/// Takt delivers inside a process by pointer whatever is said here.
+/// No effect: inside a process, Takt always delivers by pointer.
 enum class IntraProcessSetting { Enable, Disable, NodeDefault };
 
 struct PublisherOptionsBase {
   IntraProcessSetting use_intra_process_comm = IntraProcessSetting::NodeDefault;
   PublisherEventCallbacks event_callbacks;
   bool use_default_callbacks = true;
-  /// Whatever is required: see docs/reference/rclcpp.md.
+  /// No effect: see docs/reference/rclcpp.md.
   rmw_unique_network_flow_endpoints_requirement_t require_unique_network_flow_endpoints =
       RMW_UNIQUE_NETWORK_FLOW_ENDPOINTS_NOT_REQUIRED;
   std::shared_ptr<CallbackGroup> callback_group;

@@ -137,8 +137,9 @@ class QoS {
     return Duration::from_rmw_time(profile_.liveliness_lease_duration);
   }
 
-  /// As Takt has it. What the system decides is reliable and volatile; "best available" is what a
-  /// subscription gets from every publisher, and what a publisher can give every subscription.
+  /// Takt's QoS. SYSTEM_DEFAULT becomes reliable and volatile. BEST_AVAILABLE becomes volatile, and
+  /// best effort for a subscription, reliable for a publisher: the other endpoints are not
+  /// considered.
   takt::QoS to_takt(bool is_subscription) const;
   static QoS from_takt(const takt::QoS& qos);
 

@@ -28,7 +28,7 @@ class Rate : public RateBase {
   explicit Rate(const Duration& period,
                 Clock::SharedPtr clock = std::make_shared<Clock>(RCL_SYSTEM_TIME));
 
-  /// Until the next period begins. False, without a sleep, when that was before.
+  /// Sleeps until the next period begins. False, without a sleep, when it has begun already.
   bool sleep() override;
   rcl_clock_type_t get_type() const override { return clock_->get_clock_type(); }
   void reset() override { last_ = clock_->read(); }
@@ -37,7 +37,7 @@ class Rate : public RateBase {
  private:
   const Clock::SharedPtr clock_;
   const Duration period_;
-  takt::SourceTime last_;  // the last period began
+  takt::SourceTime last_;  // when the last period began
 };
 class WallRate : public Rate {
  public:

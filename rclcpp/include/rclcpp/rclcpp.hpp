@@ -1,9 +1,9 @@
-// All that programs for rclcpp include by this name.
+// The header that programs for rclcpp include.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__RCLCPP_HPP_
 #define RCLCPP__RCLCPP_HPP_
 
-// With what programs rely on getting by this header.
+// The standard headers are for programs that rely on getting them from here.
 #include <algorithm>
 #include <array>
 #include <cassert>

@@ -13,7 +13,7 @@
 #include "rclcpp/detail/refused.hpp"
 #include "rclcpp/macros.hpp"
 
-/// Bytes, as rcl names them. They belong to the SerializedMessage.
+/// rcl's view of a serialized message. The SerializedMessage owns the bytes.
 struct rcl_serialized_message_t {
   std::uint8_t* buffer = nullptr;
   std::size_t buffer_length = 0;
@@ -23,7 +23,7 @@ using rmw_serialized_message_t = rcl_serialized_message_t;
 
 namespace rclcpp {
 
-/// CDR, with its header of four bytes.
+/// A message in CDR, with the encapsulation header of four bytes.
 /// Thread safety: a value. Real-time: as std::vector.
 class SerializedMessage {
  public:

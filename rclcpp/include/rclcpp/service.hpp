@@ -37,9 +37,9 @@ inline takt::RequestId from_rmw(const rmw_request_id_t& request) {
 }
 }  // namespace detail
 
-/// Thread safety: every method from any thread. Real-time: as takt::Service; requests, headers and
-/// responses, which callbacks own, come from a pool for 16 requests at a time, without strings and
-/// sequences of theirs.
+/// Thread safety: every method from any thread. Real-time: as takt::Service. For up to 16 requests
+/// at a time, requests, headers and responses come from a pool; their strings and sequences come
+/// from the heap.
 class ServiceBase : public detail::ServiceIntrospection {
  public:
   RCLCPP_SMART_PTR_ALIASES_ONLY(ServiceBase)
@@ -95,7 +95,7 @@ class Service : public ServiceBase, public std::enable_shared_from_this<Service<
   template <class F>
   void start(takt::Node& node, const std::string& path, F callback, const QoS& qos,
              std::shared_ptr<CallbackGroup> group) {
-    // std::bind ignores arguments that it has no placeholder for: so from few arguments to many.
+    // std::bind ignores surplus arguments, so forms with few arguments are tried first.
     constexpr bool kSimple = std::invocable<F&, RequestPtr, ResponsePtr>;
     constexpr bool kDeferred = !kSimple && std::invocable<F&, Header, RequestPtr>;
     constexpr bool kWithHeader =
@@ -109,10 +109,10 @@ class Service : public ServiceBase, public std::enable_shared_from_this<Service<
     auto serve = [weak = this->weak_from_this(), callback = std::move(callback)](
                      const Request& asked, takt::RequestId id) mutable {
       const auto self = weak.lock();
-      if (self == nullptr) return;  // it is being dropped
-      // Waits for the end of start, which runs nothing of the user's.
+      if (self == nullptr) return;  // the service is being dropped
+      // Waits for start() to set takt_; start() runs no user code meanwhile.
       self->is_made_.wait(false);
-      if (self->takt_ == nullptr) return;  // an executor has refused it
+      if (self->takt_ == nullptr) return;  // an executor has refused the service
       const auto cells = self->cells_.allocator();
       auto request = std::allocate_shared<Request>(cells, asked);
       const auto header = [&] {
@@ -134,7 +134,7 @@ class Service : public ServiceBase, public std::enable_shared_from_this<Service<
         self->typed()->send_response(id, *response);
       }
     };
-    const struct Made {  // also if an executor refuses it, which waits for the callback
+    const struct Made {  // also if create_service throws: a callback waits for it
       std::atomic<bool>& is_made;
       ~Made() {
         is_made.store(true);
@@ -151,7 +151,7 @@ class Service : public ServiceBase, public std::enable_shared_from_this<Service<
   const takt::Cells cells_{
       3 * kMostInCells,
       std::max({sizeof(Request), sizeof(Response), sizeof(rmw_request_id_t)}) + 64};
-  // A request may come before the one that makes the service has it.
+  // A request may arrive before start() has set takt_.
   std::atomic<bool> is_made_{false};
 };
 

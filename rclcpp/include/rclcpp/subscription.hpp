@@ -34,7 +34,7 @@ class SubscriptionBase {
 
   const char* get_topic_name() const { return takt_->topic().c_str(); }
   QoS get_actual_qos() const { return QoS::from_takt(takt_->qos()); }
-  /// With those of this process.
+  /// Includes the publishers of this process.
   std::size_t get_publisher_count() const;
   bool is_serialized() const { return is_serialized_; }
   bool is_cft_enabled() const { return false; }
@@ -76,7 +76,7 @@ class SubscriptionBase {
 
  private:
   const detail::Events events_;
-  const std::shared_ptr<takt::Entity> statistics_;  // publishes them
+  const std::shared_ptr<takt::Entity> statistics_;  // publishes the statistics
   const std::shared_ptr<takt::Participant> participant_;
   const bool is_serialized_;
 };
@@ -124,13 +124,13 @@ class Subscription : public SubscriptionBase {
   static constexpr bool kIsBytes = std::is_same_v<ROSMessageType, SerializedMessage>;
   using Handle = std::function<void(std::shared_ptr<ROSMessageType>, const MessageInfo&)>;
 
-  /// The user's callback, which the executor calls, and handle_message.
+  /// The user's callback, shared by the executor and handle_message().
   template <class F>
   struct Shared {
     Shared(F function, std::shared_ptr<detail::TopicStatistics> measured)
         : callback(std::move(function)), statistics(std::move(measured)) {}
     F callback;
-    const std::shared_ptr<detail::TopicStatistics> statistics;  // nullptr: nobody wants any
+    const std::shared_ptr<detail::TopicStatistics> statistics;  // nullptr: not enabled
     template <class Argument>
     static constexpr bool kAlone = std::invocable<F&, Argument>;
     void call(std::shared_ptr<ROSMessageType> message, const MessageInfo& info) {
@@ -195,7 +195,7 @@ class Subscription : public SubscriptionBase {
           topic, qos, detail::adapted_callback<Types>(Reference<F>{shared}), group);
     }
   }
-  /// A copy of the pointer with the callback's forms.
+  /// Takes the same arguments as the user's callback; a copy of it copies only the pointer.
   template <class F>
   struct Reference {
     std::shared_ptr<Shared<F>> shared;

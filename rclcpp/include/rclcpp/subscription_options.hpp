@@ -37,7 +37,8 @@ struct SubscriptionOptionsBase {
     QoS qos = SystemDefaultsQoS().keep_last(10);
   } topic_stats_options;
   QosOverridingOptions qos_overriding_options;
-  /// Messages come unfiltered, and is_cft_enabled() is false, as with a middleware that has none.
+  /// No effect: messages come unfiltered and is_cft_enabled() is false, as over an RMW without
+  /// content filters.
   ContentFilterOptions content_filter_options;
 };
 

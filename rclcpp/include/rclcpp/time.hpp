@@ -12,9 +12,9 @@
 
 namespace rclcpp {
 
-/// Nanoseconds of one kind of clock. Times of different kinds neither compare nor subtract: they
-/// throw std::runtime_error. What it cannot hold throws std::overflow_error.
-/// Thread safety: a value. Real-time: yes, but for what throws.
+/// Nanoseconds of one clock type. Comparing or subtracting times of different types throws
+/// std::runtime_error; an overflow throws std::overflow_error.
+/// Thread safety: a value. Real-time: yes, unless it throws.
 class Time {
  public:
   Time(std::int32_t seconds, std::uint32_t nanoseconds, rcl_clock_type_t type = RCL_SYSTEM_TIME);

@@ -1,4 +1,4 @@
-// Gives clocks of a program's own the time of a node.
+// Lets clocks that a program has made follow the time of a node.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__TIME_SOURCE_HPP_
 #define RCLCPP__TIME_SOURCE_HPP_
@@ -9,9 +9,9 @@
 
 namespace rclcpp {
 
-/// The clocks simulate when the node does, and are set from the same /clock. The QoS of /clock and
-/// its thread are those of the context: see docs/reference/rclcpp.md. Thread safety: every method
-/// from any thread. Real-time: no.
+/// Attached clocks use simulated time while the node does, from the same /clock. The QoS of /clock
+/// and its thread are those of the context: see docs/reference/rclcpp.md. Thread safety: every
+/// method from any thread. Real-time: no.
 class TimeSource {
  public:
   RCLCPP_SMART_PTR_DEFINITIONS_NOT_COPYABLE(TimeSource)
@@ -28,9 +28,9 @@ class TimeSource {
                   node_interfaces::NodeLoggingInterface::SharedPtr,
                   node_interfaces::NodeClockInterface::SharedPtr,
                   node_interfaces::NodeParametersInterface::SharedPtr);
-  /// The clocks do not simulate from then on.
+  /// Attached clocks return to system time.
   void detachNode();
-  /// Throws std::invalid_argument when it is no clock of ROS time.
+  /// Throws std::invalid_argument when the clock is not of type RCL_ROS_TIME.
   void attachClock(Clock::SharedPtr clock);
   void detachClock(Clock::SharedPtr clock);
   bool get_use_clock_thread() { return true; }

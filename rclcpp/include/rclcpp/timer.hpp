@@ -21,7 +21,7 @@
 
 namespace rclcpp {
 
-/// When a timer was due, and when it was called.
+/// Both are the time of the call: Takt does not report when the timer was due.
 struct TimerInfo {
   Time expected_call_time;
   Time actual_call_time;
@@ -40,14 +40,14 @@ class TimerBase {
   bool is_canceled() { return timer_->is_canceled(); }
   void reset() { timer_->reset(); }
   bool is_ready() { return !is_canceled() && timer_->due() <= timer_->clock().now(); }
-  /// The longest duration if it is cancelled.
+  /// The longest duration when the timer is cancelled.
   std::chrono::nanoseconds time_until_trigger() {
     if (is_canceled()) return std::chrono::nanoseconds::max();
     return takt::between(timer_->clock().now(), timer_->due());
   }
   bool is_steady() { return clock_->get_clock_type() == RCL_STEADY_TIME; }
   Clock::SharedPtr get_clock() const { return clock_; }
-  /// Without an executor: takes the release that is due; nullptr if there is none.
+  /// For use without an executor: takes the release that is due; nullptr if there is none.
   std::shared_ptr<void> call();
   void execute_callback(const std::shared_ptr<void>& = nullptr) { run_(); }
 
@@ -60,7 +60,7 @@ class TimerBase {
  protected:
   TimerBase(Clock::SharedPtr clock) : clock_(std::move(clock)) {}
 
-  /// Makes Takt's timer. `call`: calls the user, with this.
+  /// Makes Takt's timer. `call` calls the user's callback with the TimerBase that it gets.
   void start(takt::Node& node, std::chrono::nanoseconds period, const std::string& name,
              std::function<void(TimerBase&)> call, std::shared_ptr<takt::CallbackGroup> group,
              bool autostart);
@@ -106,8 +106,8 @@ class WallTimer : public GenericTimer<F> {
 };
 
 namespace detail {
-/// As a timer can have it: positive. Throws std::invalid_argument when it is negative, or cannot
-/// be held.
+/// The period in nanoseconds, at least 1. Throws std::invalid_argument when it is negative or too
+/// long.
 template <class Rep, class Period>
 std::chrono::nanoseconds timer_period(std::chrono::duration<Rep, Period> period) {
   using Wide = std::chrono::duration<long double, std::nano>;

@@ -38,7 +38,7 @@ struct adapt_type {
 namespace detail {
 
 template <class T>
-struct Adapted {  // a message
+struct Adapted {  // T is a message, not adapted
   static constexpr bool kIsAdapted = false;
   using Custom = T;
   using Ros = T;
@@ -67,7 +67,8 @@ requires(ImplicitTypeAdapter<T>::is_specialized::value) struct Adapted<ImplicitT
 }  // namespace detail
 }  // namespace rclcpp
 
-/// So that a publisher of the custom type may name only that. At global scope.
+/// Lets a program name only the custom type when it makes a publisher or subscription. Use at
+/// global scope.
 #define RCLCPP_USING_CUSTOM_TYPE_AS_ROS_MESSAGE_TYPE(CUSTOM_TYPE, ROS_MESSAGE_TYPE)                \
   template <>                                                                                      \
   struct rclcpp::ImplicitTypeAdapter<CUSTOM_TYPE>                                                  \

@@ -18,16 +18,16 @@ enum class SignalHandlerOptions { All, SigInt, SigTerm, None };
 
 void init(int argc, char const* const* argv, const InitOptions& options = InitOptions(),
           SignalHandlerOptions signals = SignalHandlerOptions::All);
-/// Whether any was installed by this call.
+/// Whether this call installed a handler.
 bool install_signal_handlers(SignalHandlerOptions signals = SignalHandlerOptions::All);
 bool signal_handlers_installed();
 SignalHandlerOptions get_current_signal_handler_options();
-/// Puts back what was before.
+/// Restores the previous handlers. False: none of ours were installed.
 bool uninstall_signal_handlers();
 
 std::vector<std::string> init_and_remove_ros_arguments(int argc, char const* const* argv,
                                                        const InitOptions& options = InitOptions());
-/// The arguments that are not ROS's, with the first one.
+/// The non-ROS arguments, with the program's name first.
 std::vector<std::string> remove_ros_arguments(int argc, char const* const* argv);
 
 bool ok(Context::SharedPtr context = nullptr);

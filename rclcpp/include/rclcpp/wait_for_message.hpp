@@ -28,7 +28,7 @@ bool wait_for_message(
     M& message, const std::shared_ptr<Node>& node, const std::string& topic,
     std::chrono::duration<Rep, Period> time_to_wait = std::chrono::duration<Rep, Period>(-1),
     const QoS& qos = SystemDefaultsQoS()) {
-  SubscriptionOptions options;  // whose group no executor of the node takes
+  SubscriptionOptions options;  // with a group that no executor takes
   options.callback_group = node->create_callback_group(CallbackGroupType::MutuallyExclusive, false);
   const auto subscription = node->create_subscription<M>(
       topic, qos, [](const M&) {}, options);

@@ -18,7 +18,7 @@
 #include "rclcpp/subscription.hpp"
 #include "rclcpp/timer.hpp"
 
-/// What is ready, as rcl names it: nullptr for what is not.
+/// The result of a wait, as in rcl: an entity that is not ready is nullptr.
 struct rcl_wait_set_t {
   std::vector<const void*> subscriptions, guard_conditions, timers, clients, services;
   std::size_t size_of_subscriptions = 0, size_of_guard_conditions = 0, size_of_timers = 0,
@@ -29,7 +29,7 @@ namespace rclcpp {
 
 enum class WaitResultKind { Ready, Timeout, Empty, Invalid };
 
-/// Of a subscription only its messages are waited for.
+/// No effect: Takt's wait set waits for the messages of a subscription only.
 struct SubscriptionWaitSetMask {
   bool include_subscription = true;
   bool include_events = false;
@@ -56,7 +56,7 @@ class WaitResult {
 
 namespace detail {
 
-/// The entities of a wait set, and what is ready of them.
+/// The entities of a wait set, and which of them are ready.
 /// Thread safety: one thread waits; others may add and remove. Real-time: no.
 class WaitSetCore final : takt::Wakeable {
  public:
@@ -72,20 +72,20 @@ class WaitSetCore final : takt::Wakeable {
   WaitSetCore(const WaitSetCore&) = delete;
   WaitSetCore& operator=(const WaitSetCore&) = delete;
 
-  /// Throws std::runtime_error when it is in a wait set or executor already.
+  /// Throws std::runtime_error when the entity is in a wait set or executor already.
   template <class T>
   void add(Kind kind, const std::shared_ptr<T>& object) {
     if (object == nullptr) throw std::invalid_argument("entity must not be null");
     add(Member{kind, object, object->entity()});
   }
-  /// Throws std::runtime_error when it is not in this one.
+  /// Throws std::runtime_error when the entity is not in this wait set.
   void remove(const std::shared_ptr<const void>& object);
   WaitResultKind wait(std::chrono::nanoseconds timeout);
   const rcl_wait_set_t& ready() const { return ready_; }
 
  private:
   void add(Member member);
-  Member take(const std::shared_ptr<const void>& object);  // without an entity: it is not here
+  Member take(const std::shared_ptr<const void>& object);  // empty: not here
   void collect(const std::vector<std::shared_ptr<takt::Entity>>& ready);
   void wake() noexcept override { stop_->trigger(); }
 
@@ -99,7 +99,7 @@ class WaitSetCore final : takt::Wakeable {
 
 struct NoWaitable {};  // Takt's wait set takes no waitables: see docs/reference/rclcpp.md
 
-/// What every wait set offers, whether more can be added or not.
+/// Common to wait sets with fixed and with changing entities.
 template <class Set>
 class WaitSetBase {
  public:
@@ -114,7 +114,7 @@ class WaitSetBase {
         : subscription(std::move(entry)), mask(which) {}
   };
 
-  /// Timeout, too, when the context is shut down meanwhile.
+  /// The result is Timeout also when the context is shut down.
   template <class Rep = std::int64_t, class Period = std::milli>
   WaitResult<Set> wait(
       std::chrono::duration<Rep, Period> timeout = std::chrono::duration<Rep, Period>(-1)) {
@@ -191,7 +191,7 @@ class ThreadSafeWaitSet : public detail::DynamicWaitSet<ThreadSafeWaitSet> {
   using DynamicWaitSet::DynamicWaitSet;
 };
 
-/// Its entities are those that it is made with.
+/// A wait set whose entities are fixed at construction.
 template <std::size_t kSubscriptions, std::size_t kGuardConditions, std::size_t kTimers,
           std::size_t kClients, std::size_t kServices, std::size_t kWaitables>
 class StaticWaitSet

@@ -54,13 +54,13 @@ class ClientGoalHandle {
 
  private:
   friend class Client<A>;
-  /// Called with the result, instead of another one.
+  /// Replaces the result callback, unless it was called already.
   void set_result_callback(ResultCallback callback) {
     const std::lock_guard lock(mutex_);
-    if (!is_told_) callback_.swap(callback);  // what it was goes after the lock
+    if (!is_told_) callback_.swap(callback);  // the old one is destroyed after the unlock
   }
-  /// It has come. nullptr: the client has gone, so nobody will know. Of several calls the first one
-  /// counts.
+  /// Completes the future with the result; nullptr: the client was dropped before the result came.
+  /// Only the first call counts.
   void end(const takt::GoalResult<A>* ended) {
     {
       const std::lock_guard lock(mutex_);
@@ -84,7 +84,7 @@ class ClientGoalHandle {
   }
 
   const std::shared_ptr<takt::ClientGoalHandle> takt_;
-  std::atomic<bool> is_asked_{false};  // for its result
+  std::atomic<bool> is_asked_{false};  // the result was requested
   std::mutex mutex_;                   // guards the next ones
   ResultCallback callback_;
   bool has_ended_ = false, is_told_ = false;
@@ -112,8 +112,8 @@ class ClientBase {
   const rclcpp::Context::SharedPtr context_;
 };
 
-/// Thread safety and real-time: as takt::ActionClient; futures allocate. Feedback comes from a
-/// pool, without strings and sequences of its own.
+/// Thread safety and real-time: as takt::ActionClient; futures allocate. Feedback messages come
+/// from a pool, their strings and sequences from the heap.
 template <class A>
 class Client : public ClientBase {
  public:
@@ -145,13 +145,14 @@ class Client : public ClientBase {
 
   bool action_server_is_ready() const override { return takt_->action_server_is_ready(); }
 
-  /// nullptr: the goal was rejected. The result is asked for if there is a callback for it. The
-  /// callbacks of a goal are called one at a time: of the response, of feedback, of the result.
+  /// The future gets nullptr when the goal is rejected. The result is requested only if there is a
+  /// callback for it. The callbacks of a goal are called one at a time: response, feedback, result.
   std::shared_future<typename GoalHandle::SharedPtr> async_send_goal(
       const Goal& goal, const SendGoalOptions& options = {}) {
     auto promise = std::make_shared<std::promise<typename GoalHandle::SharedPtr>>();
     auto future = promise->get_future().share();
-    // The handle is made when the server has accepted, and known to the callbacks from then on.
+    // The handle is made when the server accepts the goal; `known` passes it to the other
+    // callbacks.
     auto known = std::make_shared<takt::detail::Guarded<std::weak_ptr<GoalHandle>>>();
     auto waits = options.result_callback ? std::make_shared<Waits>() : nullptr;
     typename takt::ActionClient<A>::GoalCallbacks callbacks;
@@ -174,7 +175,7 @@ class Client : public ClientBase {
       } catch (...) {
         failure = std::current_exception();  // the goal goes on all the same
       }
-      // By what follows this callback.
+      // Takt's client requests the result when this callback returns.
       if (handle != nullptr && waits != nullptr) handle->is_asked_.store(true);
       if (failure != nullptr) std::rethrow_exception(failure);
     };
@@ -199,7 +200,7 @@ class Client : public ClientBase {
                                                      ResultCallback callback = nullptr) {
     check(handle);
     if (callback) handle->set_result_callback(std::move(callback));
-    if (!handle->is_asked_.exchange(true)) {  // else the further callback replaces the one before
+    if (!handle->is_asked_.exchange(true)) {  // else only the callback was replaced
       auto waits = std::make_shared<Waits>();
       waits->handle = handle;
       takt_->async_get_result(handle->takt_, tells(waits), ends(waits));
@@ -221,7 +222,8 @@ class Client : public ClientBase {
   RCLCPP_REFUSED_(stop_callbacks, "stop_callbacks")
 
  private:
-  /// In Takt's client, and goes with it.
+  /// Owned by the callbacks of Takt's client. When these are dropped without a result, the
+  /// destructor ends the goal handle.
   struct Waits {
     ~Waits() {
       if (handle != nullptr) handle->end(nullptr);
@@ -230,7 +232,8 @@ class Client : public ClientBase {
   };
 
   using TaktResultCallback = typename takt::ActionClient<A>::ResultCallback;
-  /// The future is ready at once: the callback of the response may wait for it.
+  /// Completes the future as soon as the result arrives: the response callback may be waiting for
+  /// it.
   static TaktResultCallback ends(std::shared_ptr<Waits> waits) {
     return [waits = std::move(waits)](const auto&, const takt::GoalResult<A>& result) {
       waits->handle->end(&result);

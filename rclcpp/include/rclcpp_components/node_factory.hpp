@@ -1,4 +1,4 @@
-// Makes nodes of a class that is known by name, and the classes that libraries have registered.
+// Factories of node classes, and the classes that libraries have registered.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP_COMPONENTS__NODE_FACTORY_HPP_
 #define RCLCPP_COMPONENTS__NODE_FACTORY_HPP_
@@ -29,11 +29,13 @@ struct RegisteredFactory {
   std::shared_ptr<NodeFactory> factory;
 };
 
-/// Of the class with this name. `code` is anything in the library that has it. Always returns true.
+/// Registers the factory of a class. `code`: any address in the library of the class. Always
+/// returns true.
 bool register_factory(const char* name, std::shared_ptr<NodeFactory> factory, const void* code);
 std::vector<RegisteredFactory> registered_factories();
 
-/// False: why not. `file` is the name that the loader gives it, "" for the program itself.
+/// Loads a library. False: `error` says why. `file`: the path as the dynamic loader has it; "" for
+/// the program itself.
 bool open_library(const std::string& path, std::string& file, std::string& error);
 
 /// Throws takt::Error if no loaded library has registered the class.

@@ -9,7 +9,7 @@
 
 namespace rclcpp_components {
 
-/// Of any class that is made of NodeOptions and has get_node_base_interface().
+/// For any class that has get_node_base_interface() and a constructor from NodeOptions.
 /// Thread safety: from any thread. Real-time: set-up only.
 template <class NodeT>
 class NodeFactoryTemplate : public NodeFactory {

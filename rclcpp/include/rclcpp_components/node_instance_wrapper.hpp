@@ -1,4 +1,4 @@
-// A node of whatever class that a factory has made.
+// A node of any class, made by a factory.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP_COMPONENTS__NODE_INSTANCE_WRAPPER_HPP_
 #define RCLCPP_COMPONENTS__NODE_INSTANCE_WRAPPER_HPP_

@@ -1,4 +1,4 @@
-// Makes a class of nodes a component, which containers and programs make by its name.
+// Makes a class of nodes a component, so that containers and programs make nodes by its name.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP_COMPONENTS__REGISTER_NODE_MACRO_HPP_
 #define RCLCPP_COMPONENTS__REGISTER_NODE_MACRO_HPP_
@@ -11,7 +11,7 @@
 
 #include "rclcpp_components/node_factory_template.hpp"
 
-// A workspace's class_loader finds components, too.
+// With the source of class_loader in the workspace, class_loader finds the component, too.
 #if __has_include("class_loader/register_macro.hpp")
 #include "class_loader/register_macro.hpp"
 #define TAKT_RCLCPP_CLASS_LOADER_(NodeClass)                                       \
@@ -23,7 +23,8 @@
 
 namespace rclcpp_components::detail {
 
-/// For Takt's containers: the node of Takt that is inside, which keeps the user's alive.
+/// For Takt's containers: makes the user's node and returns the Takt node inside, which keeps the
+/// user's node alive.
 std::unique_ptr<takt::Component> component_of(NodeFactory& factory,
                                               const takt::NodeOptions& options);
 
@@ -38,7 +39,7 @@ bool register_node(const char* name) {
 
 }  // namespace rclcpp_components::detail
 
-/// `NodeClass` as one writes it at global scope, where this stands.
+/// Use at global scope; `NodeClass` is the full name of the class.
 #define RCLCPP_COMPONENTS_REGISTER_NODE(NodeClass)                       \
   namespace {                                                            \
   [[maybe_unused]] const bool TAKT_UNIQUE(takt_rclcpp_component_) =      \

@@ -48,7 +48,7 @@ class LifecycleNode : public rclcpp::detail::NodeApi,
     add_managed_entity(publisher);
     return publisher;
   }
-  /// Activated and deactivated with the others; kept by its owner.
+  /// The entity is activated and deactivated with the node; the caller owns it.
   void add_managed_entity(std::weak_ptr<ManagedEntityInterface> entity);
 
   const State& get_current_state() const;
@@ -56,8 +56,8 @@ class LifecycleNode : public rclcpp::detail::NodeApi,
   std::vector<Transition> get_available_transitions() const;
   std::vector<Transition> get_transition_graph() const;
 
-  // Each returns the state afterwards, and sets what the callback returned: FAILURE, too, when it
-  // was not called.
+  // Each returns the new state, and sets `returned` to the result of the callback, or to FAILURE
+  // when no callback was called.
   const State& trigger_transition(std::uint8_t id);
   const State& trigger_transition(std::uint8_t id, CallbackReturn& returned);
   const State& trigger_transition(const Transition& transition) {
@@ -80,8 +80,8 @@ class LifecycleNode : public rclcpp::detail::NodeApi,
   RCLCPP_LIFECYCLE_REQUEST_(shutdown)
 #undef RCLCPP_LIFECYCLE_REQUEST_
 
-  // Called instead of the virtual function of the same name. The one that was registered before is
-  // called no more: if another thread is in it, this waits.
+  // The callback replaces the virtual function of the same name, and any callback registered
+  // before. Registration waits if another thread is in the old callback.
 #define RCLCPP_LIFECYCLE_REGISTER_(name, during)                                  \
   bool register_on_##name(std::function<CallbackReturn(const State&)> callback) { \
     return register_callback(takt::LifecycleState::during, std::move(callback));  \
@@ -94,7 +94,7 @@ class LifecycleNode : public rclcpp::detail::NodeApi,
   RCLCPP_LIFECYCLE_REGISTER_(error, errorprocessing)
 #undef RCLCPP_LIFECYCLE_REGISTER_
 
-  /// Activate and deactivate the managed entities: an override calls them, too.
+  /// Activate and deactivate the managed entities: an override must call these, too.
   CallbackReturn on_activate(const State& previous) override;
   CallbackReturn on_deactivate(const State& previous) override;
 

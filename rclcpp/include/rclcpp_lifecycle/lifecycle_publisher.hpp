@@ -30,7 +30,7 @@ class SimpleManagedEntity : public ManagedEntityInterface {
   std::atomic<bool> is_activated_{false};
 };
 
-/// What is published while it is not activated goes nowhere, with one warning for each time.
+/// While it is not activated, messages are dropped, with one warning until the next activation.
 /// Thread safety and real-time: as rclcpp::Publisher.
 template <class M, class Allocator = std::allocator<void>>
 class LifecyclePublisher : public SimpleManagedEntity, public rclcpp::Publisher<M, Allocator> {

@@ -9,13 +9,13 @@
 
 namespace rcpputils {
 
-/// Empty: it is not set.
+/// Empty when the variable is not set.
 inline std::string get_env_var(const char* name) {
   const char* const value = std::getenv(name);
   return value != nullptr ? value : "";
 }
 
-/// nullptr: unset it. Throws std::runtime_error for a name that none can have.
+/// A `value` of nullptr unsets the variable. Throws std::runtime_error for an invalid name.
 inline bool set_env_var(const char* name, const char* value) {
   if ((value != nullptr ? setenv(name, value, 1) : unsetenv(name)) == 0) return true;
   throw std::runtime_error("no name of a variable: '" + std::string(name) + "'");

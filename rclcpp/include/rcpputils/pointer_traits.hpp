@@ -23,8 +23,8 @@ struct Pointer<std::unique_ptr<T>> : std::true_type {
 };
 }  // namespace detail
 
-/// Of a pointer, std::shared_ptr or std::unique_ptr with the default deleter, or a reference to
-/// one.
+/// True for a pointer, a std::shared_ptr, a std::unique_ptr with the default deleter, and
+/// references to these.
 template <class T>
 struct is_pointer : std::bool_constant<detail::Pointer<std::remove_cvref_t<T>>::value> {};
 

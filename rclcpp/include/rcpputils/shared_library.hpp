@@ -16,12 +16,13 @@ inline std::string get_platform_library_name(std::string name, bool is_debug = f
   return "lib" + name + (is_debug ? "d" : "") + ".so";
 }
 
-/// What is loaded stays so until the process ends, as callbacks and types of it may be in use.
-/// Throws std::runtime_error where something is not there.
+/// A library that stays loaded until the process ends, as its callbacks and types may be in use.
+/// Throws std::runtime_error when a library or symbol is not found.
 /// Thread safety: not thread-safe. Real-time: set-up only.
 class SharedLibrary {
  public:
-  /// The path is as for dlopen(3). Inline, as dlopen looks in the run path of its caller.
+  /// `path` is as for dlopen(3). Inline, because dlopen searches the run path of the library that
+  /// calls it.
   explicit SharedLibrary(const std::string& path)
       : handle_(dlopen(path.c_str(), RTLD_LAZY | RTLD_NODELETE)) {
     if (handle_ == nullptr) {
@@ -34,7 +35,7 @@ class SharedLibrary {
   SharedLibrary(const SharedLibrary&) = delete;
   SharedLibrary& operator=(const SharedLibrary&) = delete;
 
-  /// It cannot be asked for symbols any more.
+  /// From now on, no symbols can be looked up.
   void unload_library() {
     dlclose(handle());
     handle_ = nullptr;
@@ -47,7 +48,7 @@ class SharedLibrary {
     return symbol;
   }
   bool has_symbol(const std::string& name) { return dlsym(handle(), name.c_str()) != nullptr; }
-  /// Where it was found.
+  /// The path at which the library was found.
   std::string get_library_path() {
     link_map* map = nullptr;
     dlinfo(handle(), RTLD_DI_LINKMAP, &map);

@@ -1,4 +1,4 @@
-// The last error of rcutils: there is none, as what fails here throws or says why in its result.
+// The last error of rcutils: always none, as Takt's functions throw or return the reason.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCUTILS__ERROR_HANDLING_H_
 #define RCUTILS__ERROR_HANDLING_H_

@@ -34,7 +34,7 @@ inline bool rcutils_logging_logger_is_enabled_for(const char* name, int severity
   return rclcpp::get_logger(name).is_enabled(severity);
 }
 
-/// "info", in any case of letters.
+/// Parses a level such as "info", ignoring case.
 inline rcutils_ret_t rcutils_logging_severity_level_from_string(const char* text,
                                                                 rcutils_allocator_t,
                                                                 int* severity) {

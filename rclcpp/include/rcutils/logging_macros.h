@@ -13,7 +13,7 @@ inline Clock& clock_of(rcl_clock_type_t type) {
 }
 }  // namespace rclcpp::detail
 
-// By which clock a line is throttled.
+// Clocks for throttled lines.
 #define RCUTILS_STEADY_TIME ::rclcpp::detail::clock_of(RCL_STEADY_TIME)
 #define RCUTILS_SYSTEM_TIME ::rclcpp::detail::clock_of(RCL_SYSTEM_TIME)
 

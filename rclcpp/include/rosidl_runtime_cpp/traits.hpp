@@ -25,7 +25,7 @@ concept HasGoal = takt::Message<typename T::Goal> && takt::Message<typename T::R
 template <class T>
 struct is_action : std::bool_constant<HasGoal<T>> {};
 
-/// No strings or sequences are in it.
+/// True for a type without strings and sequences.
 template <takt::Message T>
 struct has_fixed_size : std::is_trivially_copyable<T> {};
 

@@ -92,7 +92,7 @@ inline int numChannels(const std::string& encoding) {
   }
   if (hasAlpha(encoding)) return 4;
   if (isColor(encoding)) return 3;
-  // 32FC3; without a number it is one channel.
+  // "32FC3" has three channels, "32FC" has one.
   const std::size_t c = encoding.find('C');
   if (c == std::string::npos || c < 2) {
     throw std::runtime_error("Unknown encoding " + encoding);
@@ -100,7 +100,7 @@ inline int numChannels(const std::string& encoding) {
   return c + 1 == encoding.size() ? 1 : std::atoi(encoding.c_str() + c + 1);
 }
 
-/// Of a channel. Throws std::runtime_error if the encoding is unknown.
+/// Bits of one channel. Throws std::runtime_error if the encoding is unknown.
 inline int bitDepth(const std::string& encoding) {
   if (encoding == UYVY || encoding == YUV422 || encoding == YUYV || encoding == YUV422_YUY2 ||
       isPlanar(encoding)) {

@@ -46,7 +46,7 @@ class PointCloud2Modifier {
     return cloud_.point_step == 0 ? 0 : cloud_.data.size() / cloud_.point_step;
   }
   void reserve(std::size_t points) { cloud_.data.reserve(points * cloud_.point_step); }
-  /// A cloud of several rows keeps its height if it fits.
+  /// An organized cloud keeps its height if `points` is a multiple of the height.
   void resize(std::size_t points) {
     if (cloud_.height == 0 || points % cloud_.height != 0) cloud_.height = 1;
     cloud_.width = static_cast<std::uint32_t>(points / cloud_.height);
@@ -59,8 +59,8 @@ class PointCloud2Modifier {
     cloud_.row_step = 0;
   }
 
-  /// For each field its name, count and datatype: `(2, "x", 1, PointField::FLOAT32, …)`. They lie
-  /// one behind the other.
+  /// `count` fields, each as name, count and datatype: `(2, "x", 1, PointField::FLOAT32, …)`. The
+  /// fields are packed without padding.
   void setPointCloud2Fields(int count, ...) {
     cloud_.fields.clear();
     std::uint32_t offset = 0;
@@ -75,8 +75,8 @@ class PointCloud2Modifier {
     cloud_.point_step = offset;
     set_rows();
   }
-  /// Of "xyz", "rgb" and "rgba", each of which takes a multiple of 16 bytes, or the name of a field
-  /// of one float.
+  /// Names of groups of fields: "xyz", "rgb" or "rgba", each of which takes 16 bytes. Throws
+  /// std::runtime_error for any other name.
   void setPointCloud2FieldsByString(int count, ...) {
     cloud_.fields.clear();
     std::uint32_t offset = 0;
@@ -133,7 +133,7 @@ class PointCloud2IteratorBase {
         end_(at_ + cloud.data.size() / (step_ == 0 ? 1 : cloud.point_step) * cloud.point_step) {}
 
   T& operator*() const { return *reinterpret_cast<T*>(at_); }
-  /// Of the values that follow in this point.
+  /// The value `number` places further on in this point.
   T& operator[](std::size_t number) const { return *(reinterpret_cast<T*>(at_) + number); }
   Derived& operator++() { return *this += 1; }
   Derived& operator+=(int points) {

@@ -1,6 +1,5 @@
-// Loads libraries of components, for programs that do so by themselves. It stands in for
-// class_loader, whose source loads classes of all kinds and takes this place where a workspace has
-// it.
+// A stand-in for class_loader, for programs that load libraries of components by themselves. A
+// workspace with the source of class_loader, which loads classes of all kinds, uses that instead.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef CLASS_LOADER__CLASS_LOADER_HPP_
 #define CLASS_LOADER__CLASS_LOADER_HPP_
@@ -81,7 +80,7 @@ class ClassLoader {
   }
 
   std::string path_;
-  std::string file_;  // as the loader names it; "" of the program
+  std::string file_;  // as the dynamic loader has it; "" for the program
 };
 
 }  // namespace class_loader

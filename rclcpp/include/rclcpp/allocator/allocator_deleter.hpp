@@ -1,4 +1,4 @@
-// Deleters of what an allocator has made, for messages of a program's own.
+// Deleters for messages that a program allocates with an allocator of its own.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__ALLOCATOR__ALLOCATOR_DELETER_HPP_
 #define RCLCPP__ALLOCATOR__ALLOCATOR_DELETER_HPP_

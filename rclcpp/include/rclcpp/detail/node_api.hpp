@@ -1,4 +1,4 @@
-// What every class of node offers: rclcpp::Node, and the lifecycle node.
+// The methods that every class of node offers: rclcpp::Node, and the lifecycle node.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__DETAIL__NODE_API_HPP_
 #define RCLCPP__DETAIL__NODE_API_HPP_
@@ -17,8 +17,8 @@
 
 namespace rclcpp::detail {
 
-/// Thread safety: every method from any thread. Real-time: set-up only, but for now, the logger and
-/// parameters that are numbers.
+/// Thread safety: every method from any thread. Real-time: set-up only, except now(), the logger,
+/// and parameters that are numbers.
 class NodeApi {
   template <class T>
   using Ptr = std::shared_ptr<T>;
@@ -212,7 +212,7 @@ class NodeApi {
   std::vector<Parameter> get_parameters(const std::vector<std::string>& names) const {
     return parameters_->get_parameters(names);
   }
-  /// Those with names of the form "PREFIX.x", as "x".
+  /// The parameters with names of the form "PREFIX.x", under the keys "x".
   template <class T>
   bool get_parameters(const std::string& prefix, std::map<std::string, T>& values) const {
     std::map<std::string, Parameter> parameters;
@@ -334,7 +334,7 @@ class NodeApi {
  protected:
   NodeApi(const std::string& name, const std::string& name_space, const NodeOptions& options,
           const node_interfaces::NodeBaseInterface::MakeNode& make);
-  /// The same node, with a namespace for what is created.
+  /// A sub-node: the same node, but relative names get the prefix `sub`.
   NodeApi(const NodeApi& other, const std::string& sub);
   ~NodeApi() = default;
 

@@ -20,10 +20,10 @@ class QosParameters {
  public:
   explicit QosParameters(node_interfaces::NodeParametersInterface& parameters)
       : parameters_(&parameters) {}
-  /// Of a node whose parameters are not known.
+  /// For an interface of a node that gives no access to its parameters.
   QosParameters() = default;
   /// Throws exceptions::InvalidParameterValueException for a value that the policy does not have,
-  /// and std::runtime_error for options that need parameters which are not known.
+  /// and std::runtime_error for options that override QoS without access to parameters.
   QoS apply(const QoS& qos, const std::string& topic, const QosOverridingOptions& options,
             bool is_subscription) const;
 

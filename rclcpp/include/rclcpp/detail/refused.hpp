@@ -1,4 +1,4 @@
-// How the layer refuses what it does not have.
+// Compile-time errors for the parts of rclcpp that Takt does not have.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__DETAIL__REFUSED_HPP_
 #define RCLCPP__DETAIL__REFUSED_HPP_
@@ -8,7 +8,7 @@ template <class...>
 inline constexpr bool kRefused = false;
 }  // namespace rclcpp::detail
 
-/// A member function that does not compile where it is called, and says why.
+/// Declares a member function whose calls do not compile, with an error that says why.
 #define RCLCPP_REFUSED_(name, what)                                                         \
   template <class... Arguments>                                                             \
   void name(Arguments&&...) {                                                               \

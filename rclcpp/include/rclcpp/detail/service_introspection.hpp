@@ -1,4 +1,4 @@
-// What clients and services do when introspection is asked for.
+// Service introspection of clients and services, which is always off.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__DETAIL__SERVICE_INTROSPECTION_HPP_
 #define RCLCPP__DETAIL__SERVICE_INTROSPECTION_HPP_
@@ -13,7 +13,7 @@ namespace rclcpp::detail {
 /// Thread safety: immutable. Real-time: no.
 class ServiceIntrospection {
  public:
-  /// It is off, and stays so: throws exceptions::RCLError for another state.
+  /// Introspection stays off: any other state throws exceptions::RCLError.
   [[deprecated("Takt has no service introspection: see docs/reference/rclcpp.md")]] void
   configure_introspection(const Clock::SharedPtr&, const QoS&,
                           rcl_service_introspection_state_t state) {

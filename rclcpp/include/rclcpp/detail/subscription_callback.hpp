@@ -1,4 +1,4 @@
-// The forms that a subscription's callback can have, made into those of Takt.
+// Converts the callback signatures of rclcpp's subscriptions into those of Takt.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__DETAIL__SUBSCRIPTION_CALLBACK_HPP_
 #define RCLCPP__DETAIL__SUBSCRIPTION_CALLBACK_HPP_
@@ -18,9 +18,9 @@ template <class F, class Argument>
 inline constexpr bool kTakes =
     std::invocable<F&, Argument> || std::invocable<F&, Argument, const MessageInfo&>;
 
-// In this order: what takes a `const M&` converts nothing; and what takes a shared_ptr, to const or
-// to what may be changed, also takes a unique_ptr. std::bind ignores arguments that it has no
-// placeholder for, so the form without MessageInfo comes first.
+// The order of these checks matters. A callback for `const M&` needs no conversion, and a callback
+// for a shared_ptr (const or not) also accepts a unique_ptr. std::bind ignores surplus arguments,
+// so the form without MessageInfo comes first.
 template <class F, class M>
 inline constexpr bool kLooks = kTakes<F, const M&>;
 template <class F, class M>
@@ -40,7 +40,7 @@ inline constexpr bool kTakesBytes =
 
 template <class F, class Argument>
 void call(F& callback, Argument&& argument, const takt::MessageInfo& info) {
-  if constexpr (requires { callback.received(info); }) callback.received(info);  // it measures
+  if constexpr (requires { callback.received(info); }) callback.received(info);  // topic statistics
   if constexpr (std::invocable<F&, Argument>) {
     callback(std::forward<Argument>(argument));
   } else {
@@ -48,7 +48,7 @@ void call(F& callback, Argument&& argument, const takt::MessageInfo& info) {
   }
 }
 
-/// For messages of type M.
+/// Takt's callback for messages of type M.
 template <class M, class F>
 auto takt_callback(F callback) {
   if constexpr (kLooks<F, M>) {
@@ -77,7 +77,7 @@ auto takt_callback(F callback) {
   }
 }
 
-/// For what is converted from the message.
+/// Takt's callback for a TypeAdapter: converts the message if F takes the custom type.
 template <class Types, class F>
 auto adapted_callback(F callback) {
   using Custom = typename Types::Custom;

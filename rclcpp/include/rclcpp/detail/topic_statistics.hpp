@@ -17,21 +17,22 @@
 
 namespace rclcpp::detail {
 
-/// What has been measured since the last message about it.
+/// Measures age and period of the messages since statistics were last published.
 /// Thread safety: every method from any thread.
 /// Real-time: `received` takes a lock with priority inheritance.
 class TopicStatistics {
  public:
-  /// nullptr: the options do not ask for them. Throws std::invalid_argument when the period is not
-  /// positive.
+  /// nullptr: the options do not enable topic statistics. Throws std::invalid_argument when the
+  /// publish period is not positive.
   static std::shared_ptr<TopicStatistics> make(const node_interfaces::NodeBaseInterface& node,
                                                const SubscriptionOptionsBase& options);
-  /// Publishes them, if there are any, at the end of each period, for as long as it lives.
+  /// Returns a timer that publishes the statistics at the end of each period; nullptr if
+  /// `statistics` is.
   static std::shared_ptr<takt::Entity> publish(const std::shared_ptr<TopicStatistics>& statistics,
                                                node_interfaces::NodeBaseInterface& node,
                                                const SubscriptionOptionsBase& options);
 
-  /// A message, whose callback is about to be called.
+  /// Measures a message just before its callback is called.
   void received(const takt::MessageInfo& info);
 
  private:
@@ -40,7 +41,7 @@ class TopicStatistics {
   struct Measured {  // in ms
     void add(double value) noexcept;
     void write(Message& message) const;
-    double average = 0, sum_of_squares = 0;  // these of differences from the average
+    double average = 0, sum_of_squares = 0;  // squares of differences from the average
     double minimum = std::numeric_limits<double>::max();
     double maximum = std::numeric_limits<double>::lowest();
     std::uint64_t count = 0;
@@ -49,12 +50,12 @@ class TopicStatistics {
     Measured age, period;
     Clock::time_point begin = Clock::now();
   };
-  /// Ends the window; the next one begins then.
+  /// Returns the current window; the next one begins at `end`.
   Window next_window(Clock::time_point end);
 
   takt::PiMutex mutex_;
   Window window_ TAKT_GUARDED_BY(mutex_);
-  std::int64_t last_ TAKT_GUARDED_BY(mutex_) = 0;  // received; 0: none
+  std::int64_t last_ TAKT_GUARDED_BY(mutex_) = 0;  // time of the last message; 0: none yet
 };
 
 }  // namespace rclcpp::detail

@@ -70,7 +70,7 @@ class RCLInvalidArgument : public RCLErrorBase, public std::invalid_argument {
       : RCLErrorBase(code, text), std::invalid_argument(text) {}
 };
 
-/// Arguments after `--ros-args` that nobody knows.
+/// Unknown arguments after `--ros-args`.
 class UnknownROSArgsError : public std::runtime_error {
  public:
   explicit UnknownROSArgsError(std::vector<std::string> unknown)

@@ -30,8 +30,8 @@ class NodeBaseInterface {
  public:
   RCLCPP_SMART_PTR_ALIASES_ONLY(NodeBaseInterface)
 
-  /// Makes Takt's node. Throws exceptions::InvalidNodeNameError or InvalidNamespaceError, and what
-  /// options.arguments() leads to.
+  /// `make` makes Takt's node. Throws exceptions::InvalidNodeNameError or InvalidNamespaceError,
+  /// and UnknownROSArgsError or RCLInvalidROSArgsError for options.arguments().
   using MakeNode =
       std::function<std::shared_ptr<takt::Node>(const std::string&, const takt::NodeOptions&)>;
   NodeBaseInterface(const std::string& name, const std::string& name_space,
@@ -41,7 +41,7 @@ class NodeBaseInterface {
   NodeBaseInterface& operator=(const NodeBaseInterface&) = delete;
 
   const char* get_name() const { return node_->name().c_str(); }
-  /// "/" if it is the root.
+  /// "/" for the root namespace.
   const char* get_namespace() const { return name_space_.c_str(); }
   const char* get_fully_qualified_name() const { return node_->fully_qualified_name().c_str(); }
   Context::SharedPtr get_context() { return options_.context(); }
@@ -64,12 +64,12 @@ class NodeBaseInterface {
 
   const NodeOptions& options() const { return options_; }
   const std::shared_ptr<takt::Node>& takt_node() const { return node_; }
-  /// What sets its clock and others by /clock; nullptr: nothing does.
+  /// Sets the node's clock from /clock; nullptr: simulated time is not available.
   const std::shared_ptr<takt::SimulatedClock::Source>& time_source() const { return time_source_; }
-  /// "timer_500ms", the next one of this period "timer_500ms_2", and so on: a start of the program
-  /// gives the same names as the one before.
+  /// "timer_500ms", the next timer of this period "timer_500ms_2", and so on: each run of the
+  /// program gives the same names.
   std::string next_timer_name(std::chrono::nanoseconds period);
-  /// What arguments and options give the node of this full name.
+  /// The values that arguments and options give to parameters of the node of this full name.
   takt::Parameters parameter_overrides(const std::string& node) const;
 
  private:
@@ -85,7 +85,7 @@ class NodeBaseInterface {
   std::atomic_bool has_executor_{false};
   std::atomic<int> groups_{0};
   std::mutex mutex_;                                // guards all below
-  std::map<std::chrono::nanoseconds, int> timers_;  // how many by period
+  std::map<std::chrono::nanoseconds, int> timers_;  // number of timers by period
 };
 
 }  // namespace node_interfaces

@@ -1,4 +1,4 @@
-// What a node sees of the domain.
+// Queries of the ROS graph.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__NODE_INTERFACES__NODE_GRAPH_INTERFACE_HPP_
 #define RCLCPP__NODE_INTERFACES__NODE_GRAPH_INTERFACE_HPP_
@@ -38,7 +38,7 @@ class TopicEndpointInfo {
   EndpointType endpoint_type() const { return kind_; }
   const std::array<std::uint8_t, RMW_GID_STORAGE_SIZE>& endpoint_gid() const { return gid_; }
   const QoS& qos_profile() const { return qos_; }
-  /// Its version is ROSIDL_TYPE_HASH_VERSION_UNSET where it is not known.
+  /// Version ROSIDL_TYPE_HASH_VERSION_UNSET: discovery does not know the type hash.
   const rosidl_type_hash_t& topic_type_hash() const { return type_hash_; }
 
  private:
@@ -70,7 +70,7 @@ class NodeGraphInterface {
   NamesAndTypes get_subscriber_names_and_types_by_node(const std::string& node,
                                                        const std::string& name_space,
                                                        bool no_demangle = false) const;
-  /// With their namespaces.
+  /// Fully qualified names.
   std::vector<std::string> get_node_names() const;
   std::vector<std::pair<std::string, std::string>> get_node_names_and_namespaces() const;
   std::size_t count_publishers(const std::string& topic) const;

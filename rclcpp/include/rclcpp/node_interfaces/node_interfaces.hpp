@@ -1,4 +1,4 @@
-// Some of the interfaces of a node, of whatever class.
+// A selection of the interfaces of a node of any class.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__NODE_INTERFACES__NODE_INTERFACES_HPP_
 #define RCLCPP__NODE_INTERFACES__NODE_INTERFACES_HPP_
@@ -59,7 +59,7 @@ RCLCPP_GET_INTERFACE_(NodeTypeDescriptionsInterface, get_node_type_descriptions_
 RCLCPP_GET_INTERFACE_(NodeWaitablesInterface, get_node_waitables_interface)
 #undef RCLCPP_GET_INTERFACE_
 
-/// Some of the interfaces of a node, as a function asks for them.
+/// The interfaces of a node that a function needs, as template arguments.
 /// Thread safety: a value. Real-time: no.
 template <class... Interfaces>
 class NodeInterfaces {

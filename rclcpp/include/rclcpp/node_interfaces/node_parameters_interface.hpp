@@ -25,8 +25,8 @@ using ParameterDescriptor = rcl_interfaces::msg::ParameterDescriptor;
 
 class NodeParametersInterface;
 
-/// Each keeps its callback, which is called no more when it is dropped or removed. Either waits for
-/// a call of another thread, but not for one that waits for the caller.
+/// A handle keeps its callback registered until it is dropped or removed. Both wait for a call on
+/// another thread, unless that call waits for the caller.
 #define RCLCPP_PARAMETER_HANDLE_(Name, Handle, ...)  \
   struct Name {                                      \
     RCLCPP_SMART_PTR_ALIASES_ONLY(Name)              \
@@ -53,14 +53,14 @@ class NodeParametersInterface {
 
   explicit NodeParametersInterface(NodeBaseInterface::SharedPtr node);
 
-  // Throw exceptions::ParameterAlreadyDeclaredException, InvalidParameterTypeException (of what the
-  // configuration gives) or InvalidParameterValueException (the value is out of range, or a
+  // Throw exceptions::ParameterAlreadyDeclaredException, InvalidParameterTypeException (the
+  // override has another type) or InvalidParameterValueException (the value is out of range, or a
   // callback refuses it).
 
   ParameterValue declare_parameter(const std::string& name, const ParameterValue& value,
                                    const ParameterDescriptor& descriptor = {},
                                    bool ignore_override = false);
-  /// Its value is what the configuration gives, or not set.
+  /// The value is that of the override, or not set.
   ParameterValue declare_parameter(const std::string& name, ParameterType type,
                                    const ParameterDescriptor& descriptor = {},
                                    bool ignore_override = false);
@@ -103,7 +103,7 @@ class NodeParametersInterface {
   const NodeBaseInterface::SharedPtr base_;
   std::map<std::string, ParameterValue> overrides_;
   mutable std::mutex mutex_;                    // guards what follows
-  std::map<std::string, ParameterType> types_;  // of those that were declared without a value
+  std::map<std::string, ParameterType> types_;  // of parameters that were declared without a value
   takt::OnSetParametersHandle type_check_;
   std::unique_ptr<takt::ParameterServices> services_;
 };

@@ -1,4 +1,4 @@
-// What makes services of a node: its base knows all that is needed.
+// The services interface of a node, which only refers to the base interface.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__NODE_INTERFACES__NODE_SERVICES_INTERFACE_HPP_
 #define RCLCPP__NODE_INTERFACES__NODE_SERVICES_INTERFACE_HPP_

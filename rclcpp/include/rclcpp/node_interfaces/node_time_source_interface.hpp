@@ -1,4 +1,4 @@
-// What makes time source of a node: its base knows all that is needed.
+// The time source interface of a node, which only refers to the base interface.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__NODE_INTERFACES__NODE_TIME_SOURCE_INTERFACE_HPP_
 #define RCLCPP__NODE_INTERFACES__NODE_TIME_SOURCE_INTERFACE_HPP_

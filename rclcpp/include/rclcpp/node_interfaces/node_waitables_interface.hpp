@@ -1,4 +1,4 @@
-// What makes waitables of a node: its base knows all that is needed.
+// The waitables interface of a node, which only refers to the base interface.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__NODE_INTERFACES__NODE_WAITABLES_INTERFACE_HPP_
 #define RCLCPP__NODE_INTERFACES__NODE_WAITABLES_INTERFACE_HPP_

@@ -1,4 +1,4 @@
-// What gives an executor its memory in rclcpp. Takt's executors have their own, and take no other.
+// rclcpp's memory strategy for executors. Takt's executors have their own, and ignore this one.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__STRATEGIES__ALLOCATOR_MEMORY_STRATEGY_HPP_
 #define RCLCPP__STRATEGIES__ALLOCATOR_MEMORY_STRATEGY_HPP_

@@ -9,7 +9,7 @@
 
 namespace rclcpp_lifecycle::node_interfaces {
 
-/// Each gets the state in which the request came. An exception is an ERROR.
+/// Each callback gets the state in which the request came. An exception counts as ERROR.
 /// Thread safety: one of them runs at a time. Real-time: no.
 class LifecycleNodeInterface {
  public:
