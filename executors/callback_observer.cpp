@@ -45,7 +45,7 @@ struct CallbackObserver::State final : private Watchdog::Watched {
   ~State() {
     if (options.watchdog != nullptr) options.watchdog->remove(*this);
   }
-  /// Of a thread.
+  /// The trace of the thread with this index.
   ThreadStatistics trace_of(std::size_t index) const {
     ThreadStatistics result;
     for (const TraceEvent& event : rings[index].events()) {
@@ -55,7 +55,7 @@ struct CallbackObserver::State final : private Watchdog::Watched {
     result.trace_overwritten = rings[index].overwritten();
     return result;
   }
-  /// What counts it if nobody executes what was taken; nullptr: somebody does.
+  /// The counter of a taken input that must be discarded; nullptr: it must be executed.
   Counter<>* discarded(Callback& callback, const Slot& slot) {
     const std::lock_guard guard(lock);
     if (callback.is_dropped()) return &callback.dropped_by_mode;
@@ -79,7 +79,7 @@ struct CallbackObserver::State final : private Watchdog::Watched {
   mutable RankedMutex<LockRank::observer> mutex;  // guards what follows
   std::map<CallbackId, std::unique_ptr<Callback>> callbacks;
   CallbackId next_id = 0;
-  bool is_traced;  // or was
+  bool is_traced;  // whether a trace was ever begun
   std::map<CallbackId, detail::Traced> traced;
   detail::PastStatistics past;
   std::vector<ThreadStatistics> ended;
@@ -330,7 +330,7 @@ bool CallbackObserver::Thread::run(Callback& callback) {
   return true;
 }
 
-// As Dispatcher::run, on whose way each reading of the clock counts.
+// As Dispatcher::run, which also saves readings of the clock.
 void CallbackObserver::Thread::State::execute(Callback& callback, Slot& slot, TimePoint picked) {
   const ExecutorOptions& options = observer.options;
   bool is_checked = false;

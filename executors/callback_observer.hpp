@@ -14,51 +14,51 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// What Takt's engine does around each callback, but for choosing it: for executors without the
-/// engine (TAKT_REGISTER_EXECUTOR_CLASS), whose results, chains, deadlines, budgets, timelines and
-/// threads are then those of any other. When an entity is ready, which runs next, how threads wait,
-/// groups and removals stay the executor's. It makes one, and:
-/// - add(), when the entity gets its sink, and remove(), when that is detached;
-/// - a Thread, for as long as a thread spins, and its run() for each execution;
-/// - passes on what the methods of the same names are asked.
+/// Everything that Takt's engine does around a callback except choosing it, for executors without
+/// the engine (TAKT_REGISTER_EXECUTOR_CLASS): so they have the same results, chains, deadlines,
+/// budgets, timelines and threads. Readiness, order, waiting, groups and removals remain the
+/// executor's own. The executor makes one observer, and:
+/// - calls add() when an entity gets its sink, and remove() when that is detached;
+/// - makes a Thread for as long as a thread spins, and calls its run() for each execution;
+/// - forwards the calls of its own methods that have the names of those below.
 ///
 /// Thread safety: every method from any thread; a Thread belongs to the thread that made it.
 /// Real-time: Thread::run allocates nothing; it takes a lock with priority inheritance, which is
 /// held for less than a microsecond. All else is for the set-up.
 class CallbackObserver {
  public:
-  /// One of the executor's. It lives until remove().
+  /// A callback of the executor. It lives until remove().
   class Callback;
 
-  /// For the threads of the options or, if they name none, for so many.
+  /// `threads`: how many there are, if the options name none.
   explicit CallbackObserver(const ExecutorOptions& options, std::size_t threads = 1);
-  /// There is no Thread any more.
+  /// Call it when there is no Thread any more.
   ~CallbackObserver();
   CallbackObserver(const CallbackObserver&) = delete;
   CallbackObserver& operator=(const CallbackObserver&) = delete;
 
   Callback& add(const std::shared_ptr<Entity>& entity, const Node& node);
-  /// No thread runs it any more, and nothing announces it. What was counted stays.
+  /// Call it when no thread runs the callback any more and nothing announces it. Its counts stay.
   void remove(Callback& callback) noexcept;
 
   static Entity& entity(const Callback& callback) noexcept;
-  /// Its priority, deadline, budget and what else an order goes by. `id` counts from 0.
+  /// The callback's priority, deadline, budget and whatever else an order uses. `id` counts from 0.
   CallbackInfo info(const Callback& callback) const;
-  /// All others come first now: it was too long or too late (OverrunPolicy::demote), or a mode has
-  /// demoted or dropped it.
+  /// Whether all other callbacks come first now: this one was too long or too late
+  /// (OverrunPolicy::demote), or a mode has demoted or dropped it.
   bool is_demoted(const Callback& callback) const;
 
   // As Executor and NodeListener.
 
   void parameters_changed(Node& node);
-  /// Counts what is held; not to run what is held is the executor's.
+  /// For the count of missed releases. It is up to the executor not to run timers that are held.
   void release_timers(bool released) noexcept;
-  /// How many have messages, or run.
+  /// How many callbacks have messages, or run.
   std::size_t pending() const noexcept;
   std::vector<CallbackStatistics> statistics() const;
-  /// Of the Threads that were destroyed last.
+  /// For each index, of the Thread that was destroyed last.
   std::vector<ThreadStatistics> thread_statistics() const;
-  /// The kernel's numbers of the Threads that there are.
+  /// The kernel's numbers of the Threads that exist.
   std::vector<int> running_threads() const;
   void begin_trace(std::size_t events);
   void end_trace() noexcept;
@@ -67,18 +67,17 @@ class CallbackObserver {
   /// A thread that runs callbacks.
   class Thread {
    public:
-    /// The calling thread is that of ExecutorOptions::threads at the index, whose attributes it
-    /// gets. Throws Error if there is no such thread, or if these are refused, and required.
+    /// Gives the calling thread the attributes of ExecutorOptions::threads at the index. Throws
+    /// Error if there is no such thread, or if attributes are refused that are required.
     explicit Thread(CallbackObserver& observer, std::size_t index = 0);
     ~Thread();
     Thread(const Thread&) = delete;
     Thread& operator=(const Thread&) = delete;
 
-    /// Takes what the entity has, and runs the callback. False: there was nothing to take. Throws
-    /// what the callback, or a handler of its limits, throws; that execution is counted. Two
-    /// threads run one callback at the same time only if its group is reentrant. A deadline that
-    /// has passed before is reported here; one that passes while it runs, by the watchdog if
-    /// there is one.
+    /// Takes the entity's input, and runs the callback. False: there was no input. Throws what the
+    /// callback, or a handler of its limits, throws; that execution is counted. Two threads run one
+    /// callback at the same time only if its group is reentrant. A deadline that has passed before
+    /// is reported here; one that passes while it runs, by the watchdog if there is one.
     bool run(Callback& callback);
 
    private:

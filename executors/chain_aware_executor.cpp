@@ -1,6 +1,6 @@
-// Runs at every dispatch the most urgent of all callbacks that are ready then, as in PiCAS (RTAS
-// 2021): a critical callback does not wait for the end of a snapshot. One thread; several chains
-// have several executors.
+// At every dispatch, runs the most urgent of all ready callbacks, as in PiCAS (RTAS 2021): a
+// critical callback does not wait for the end of a snapshot. One thread; several chains have
+// several executors.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/executor.hpp"
 

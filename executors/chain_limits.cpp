@@ -7,10 +7,10 @@
 namespace takt {
 namespace {
 
-/// Holds a callback back while as many of its chain run as may.
+/// Holds a callback while its chain runs as many callbacks as its limit allows.
 class ChainLimits final : public Rule {
  public:
-  /// Its chain, for callbacks of chains that have a limit.
+  /// The address of the callback's chain, if that has a limit; else 0.
   std::uint64_t label(const NamedCallback& callback) const override {
     if (callback.info.chain_concurrency == 0) return 0;
     auto& limited = chains_[callback.info.chain];
@@ -41,7 +41,7 @@ class ChainLimits final : public Rule {
     return reinterpret_cast<Limited*>(static_cast<std::uintptr_t>(label));
   }
 
-  // Only control threads read the map; workers know what lies in it by its address.
+  // Only control threads read the map; workers have the addresses of its values.
   mutable std::map<ChainId, std::unique_ptr<Limited>> chains_;
   bool has_room_ = false;
 };

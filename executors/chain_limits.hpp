@@ -1,5 +1,5 @@
-// How many callbacks of a chain a pool runs at the same time: a bound for each graph, as ReDAGRT
-// has it ("ReDAGRT", arXiv 2603.18238).
+// How many callbacks of a chain a pool runs at the same time: a limit for each graph, as in
+// "ReDAGRT" (arXiv 2603.18238).
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_CHAIN_LIMITS_HPP_
 #define TAKT_EXECUTORS_CHAIN_LIMITS_HPP_

@@ -8,16 +8,16 @@
 
 namespace TAKT_INTERNAL takt {
 
-/// See ExecutorOptions::execution_model. All that is around a body, an executor does itself: it
+/// See ExecutorOptions::execution_model. The executor itself does all that is around a body: it
 /// takes the message, times the execution, and counts.
-/// Thread safety: called by the worker that runs the callback; of a manual clock one at a time.
+/// Thread safety: called by the worker that runs the callback; under a manual clock one at a time.
 /// Real-time: no; for simulations.
 class ExecutionModel {
  public:
   virtual ~ExecutionModel() = default;
-  /// Before the execution begins: what the executor needs itself.
+  /// Before the execution begins: the overhead of the executor.
   virtual void dispatch() noexcept = 0;
-  /// Instead of `entity.execute(slot)`, which it may call. If not, it calls `entity.discard(slot)`.
+  /// Replaces `entity.execute(slot)`. It must call either that or `entity.discard(slot)`.
   virtual void execute(Entity& entity, Slot& slot) = 0;
 };
 

@@ -61,13 +61,13 @@ struct ExecutorTraits {
   bool triggered = false;         // takes a trigger, and a period
   bool isolates = false;          // a thread for each node or group: ExecutorOptions::per
   bool takes_band = false;        // its threads are a band of priorities, the lowest first
-  bool simulated = false;         // of a class of its own: its threads are all of executors of the
-                                  // engine, of which it is made, so `takt simulate` can have it
-  /// Makes its rule, which may be nullptr: each callback is served. Throws Error.
+  bool simulated = false;  // for a class of its own: `takt simulate` can have it, as all of its
+                           // threads belong to executors of the engine
+  /// Makes its rule; nullptr: each callback is served. Throws Error.
   std::unique_ptr<Rule> (*rule)(const ExecutorOptions&) = nullptr;
-  /// Makes its workers' policy, which may be nullptr: any worker takes each callback. Throws Error.
+  /// Makes its workers' policy; nullptr: any worker takes each callback. Throws Error.
   std::unique_ptr<WorkersPolicy> (*workers)(const ExecutorOptions&) = nullptr;
-  std::vector<OwnKey> keys = {};  // of its own in the file: ExecutorOptions::own
+  std::vector<OwnKey> keys = {};  // its own keys in the file: ExecutorOptions::own
 };
 
 /// For ExecutorTraits: `.rule = takt::make_rule<Mine>`, whose constructor takes ExecutorOptions.
@@ -124,14 +124,14 @@ struct ExecutorOptions {
   /// Empty: the caller's thread as it is; a pool has as many threads as the machine has CPUs.
   std::vector<ThreadAttributes> threads;
   Isolation per = Isolation::node;  // of executors that isolate
-  /// Of these, with Isolation::group: how many threads each reentrant group has. At most
+  /// With Isolation::group: how many threads each reentrant group has. At most
   /// kMostReentrantThreads.
   std::size_t reentrant_threads = 1;
   TriggerOptions trigger;      // of triggered executors
   OwnValues own;               // of the keys that its traits name
   bool limits_chains = false;  // pools: some chain has ChainOptions::concurrency; they heed it
                                // unless their type has a rule of its own
-  OwnValues scheduler_own;     // of those that its scheduler's traits name
+  OwnValues scheduler_own;     // of the keys that its scheduler's traits name
   /// Callbacks, as "node/callback", that come first in the order of registration, as listed. Used
   /// by the schedulers `listed` and, inside a kind, `ros`.
   std::vector<std::string> order;
@@ -140,7 +140,7 @@ struct ExecutorOptions {
   /// or kSpinAlways: it never sleeps, which needs a CPU of its own. In a pool one thread at a time
   /// does so. Under a manual clock it takes no time.
   Nanoseconds spin{0};
-  /// The same for timers: a thread that sleeps until a release wakes up this much earlier, and
+  /// Wake-up slack for timers: a thread that sleeps until a release wakes up this much earlier, and
   /// spins until then. At most kMostSpin.
   Nanoseconds early_wake{0};
   Realtime realtime = Realtime::prefer;
@@ -158,10 +158,10 @@ struct ExecutorOptions {
   ExecutionModel* execution_model = nullptr;
 };
 
-// What the figures below mean, and how those of two times become one: executors/figures.hpp.
+// The meaning of the figures below, and how two of each are merged: executors/figures.hpp.
 
-/// What is counted of one callback since the executor has it. Its first executor counts what was
-/// sent before, too.
+/// What an executor counts of one callback. The first executor of a callback counts the messages
+/// that were sent before, too.
 struct CallbackCounts {
   std::uint64_t received = 0, expected = 0, from_outside = 0, dropped = 0, dropped_by_mode = 0;
   std::optional<std::uint64_t> late, too_late;  // nullopt: no publisher's period is known
@@ -169,9 +169,9 @@ struct CallbackCounts {
   std::optional<std::uint64_t> allocations;  // nullopt: the program does not count them
 };
 
-/// What it measures of each message or release, at the level `full`.
+/// What an executor measures of each message or release, at the level `full`.
 struct CallbackTimes {
-  Histogram latency;    // published, before it was encoded, or due → the callback starts
+  Histogram latency;    // published (before encoding), or due → the callback starts
   Histogram execution;  // the callback alone
 };
 
@@ -218,7 +218,7 @@ struct ThreadStatistics {
   std::vector<NamedTraceEvent> trace;
   std::size_t trace_overwritten = 0;
 
-  /// Of one CPU.
+  /// In percent of one CPU.
   double cpu_percent() const noexcept { return percent(cpu_time); }
   double spin_percent() const noexcept { return percent(spin_time); }
 
@@ -250,8 +250,8 @@ using ExceptionHandler = std::function<bool(const FailedCallback&)>;
 ///   remove has returned; remove waits for a running callback, except in that very callback, where
 ///   the removal is complete when the callback returns. Dropping a handle does the same. If
 ///   callbacks remove each other, in a cycle of any length, the last one to begin its removal does
-///   not wait: otherwise none could return. So it must not free what the callback that it removes
-///   uses.
+///   not wait: otherwise none could return. So the callback that does not wait must not
+///   free what the removed one uses.
 /// - If a callback gives its own group to another executor, the group may run there before that
 ///   callback has returned.
 /// - `cancel` is sticky: it ends the current spin, or else the next one.
@@ -313,22 +313,24 @@ class Executor {
   /// Number of callbacks that are ready or running.
   virtual std::size_t pending() const noexcept = 0;
 
-  /// At any time. While it spins they are a copy, which costs the executor's threads nothing:
-  /// each figure is true, and figures of one row may differ by the executions under way.
+  /// May be called at any time. During a spin the result is a copy that costs the executor's
+  /// threads nothing: each figure is true, and figures of one row may differ by the executions
+  /// under way.
   virtual std::vector<CallbackStatistics> statistics() const = 0;
-  /// Of the last spin. Throws Error while it spins.
+  /// The threads of the last spin. Throws Error while it spins.
   virtual std::vector<ThreadStatistics> thread_statistics() const = 0;
-  /// How many threads spin has, the caller's included: under a manual clock, so many take part.
+  /// How many threads spin has, the caller's included: a manual clock needs as many participants.
   virtual std::size_t thread_count() const { return 1; }
   /// The kernel's numbers of the threads that run its callbacks now, in spin.
   virtual std::vector<int> running_threads() const { return {}; }
 
-  /// From now on each thread records its last executions, so many, also while it spins. Allocates
-  /// on the calling thread. Throws Error if it cannot, or has `trace_events` for all of its time.
+  /// From now on each thread records its last executions, as many as `events`, also while it spins.
+  /// Allocates on the calling thread. Throws Error if the executor cannot be traced, or has
+  /// `trace_events` for all of its time.
   virtual void begin_trace(std::size_t events);
   virtual void end_trace() noexcept {}
-  /// What was recorded since the last begin, while it spins, too: of each thread with its name,
-  /// attributes, and number.
+  /// The executions recorded since the last begin_trace, also while it spins: of each thread, with
+  /// its name, its attributes and the kernel's number.
   virtual std::vector<ThreadStatistics> traces() const { return {}; }
 
  protected:
@@ -340,16 +342,16 @@ extern template class Registry<Executor, ExecutorTraits, const ExecutorOptions&>
 /// All executors of this process by name.
 ExecutorRegistry& executors();
 
-/// Adds to `executors()`; while a library is loaded by load_executor(), only notes it for that.
-/// Always true. Throws Error when the name is taken.
+/// Adds the executor to `executors()`; while load_executor() loads a library, only notes it for
+/// that call. Always true. Throws Error when the name is taken.
 bool register_executor(std::string name, ExecutorRegistry::Entry entry, const char* version);
 
 /// The same for an executor that is the engine with these traits. For the macro below.
 bool register_executor(std::string name, std::string description, ExecutorTraits traits,
                        const char* version);
 
-/// At namespace scope in a .cpp file: makes an executor of Takt's engine known as `name`. Behind
-/// the description stand its traits: `.readiness = Readiness::events`.
+/// At namespace scope in a .cpp file: makes an executor of Takt's engine known as `name`. Its
+/// traits follow the description: `.readiness = Readiness::events`.
 #define TAKT_REGISTER_EXECUTOR(name, description, ...)                           \
   namespace {                                                                    \
   [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) =                      \
@@ -370,9 +372,9 @@ bool register_executor(std::string name, std::string description, ExecutorTraits
       TAKT_VERSION);                                                                     \
   }
 
-/// Loads the library, and adds the executor that it registers under this name to executors(). What
-/// else the library registers is added by other calls, its schedulers by load_scheduler(), which
-/// says how a library is found. It tests nothing: the conformance suite does.
+/// Loads the library, and adds the executor that it registers under this name to executors(). Its
+/// other registrations need calls of their own: load_scheduler() for its schedulers, which also
+/// says how a library is found. The executor is not tested here: the conformance suite does that.
 /// Throws Error, and adds nothing, if the library cannot be loaded, does not register the name or
 /// registers it twice, if the name is taken, or if nobody has registered the scheduler of its
 /// traits.

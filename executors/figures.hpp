@@ -1,4 +1,4 @@
-// What executors count and measure: the name of each figure, how two of it become one, its meaning.
+// What executors count and measure: the name of each figure, how two are merged, its meaning.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_FIGURES_HPP_
 #define TAKT_EXECUTORS_FIGURES_HPP_

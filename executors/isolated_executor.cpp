@@ -27,7 +27,7 @@ void check_reentrant_threads(const ExecutorOptions& options) {
   }
 }
 
-// Of a child. The engine names all but the first one.
+// The threads of a child. The engine names all but the first one.
 std::vector<ThreadAttributes> threads_for(const CallbackGroup* group, ThreadAttributes first,
                                           const ExecutorOptions& options) {
   std::vector<ThreadAttributes> threads{first};
@@ -81,8 +81,8 @@ void apply_parameters(const CallbackParameters& parameters, ThreadAttributes& th
   }
 }
 
-// With the mutex held. The lowest place that none of the children has, or the one `after` that: of
-// a child that has gone, the next one takes the thread.
+// With the mutex held. The lowest free place, or the one with `after` free ones below it: a new
+// child takes the thread of one that has gone.
 IsolatedExecutor::ChildThread IsolatedExecutor::next_thread(std::size_t after,
                                                             const CallbackGroup* group) const {
   const auto is_taken = [&](std::size_t place) {
@@ -259,8 +259,9 @@ bool IsolatedExecutor::is_used(Child& child, const Node* node) {
   return child.adding != 0 || child.executor.callbacks().is_used_by(node);
 }
 
-// Code of the user does not wait for the end of the child's thread, which may be in a callback that
-// waits for it: it cancels the thread, and the thread that spins does the rest.
+// Code of the user (a callback, say) does not wait for the end of the child's thread, which may be
+// in a callback that waits for this one. So it only cancels that thread, and the thread that spins
+// removes the child.
 void IsolatedExecutor::remove_unless_used(const std::shared_ptr<Child>& child) {
   const std::shared_ptr<Node> node = child->node.lock();  // destroyed after the lock
   Lock lock(mutex_);
@@ -282,9 +283,9 @@ void IsolatedExecutor::remove_forgotten() {
   }
 }
 
-// Ends the children that were removed inside a callback. It holds nothing of others, not even for a
-// moment: the thread that drops the last pointer to a node relies on its end, and a child that goes
-// holds its node.
+// Ends the children that were removed inside a callback. It takes no pointer to other children or
+// nodes, not even for a moment, because a thread that drops the last pointer to a node relies on
+// the end of that node.
 void IsolatedExecutor::finish_removals() {
   const auto may_end = [](const auto& child) { return child->may_go && !child->runs.load(); };
   std::vector<std::shared_ptr<Child>> removed;
@@ -299,11 +300,11 @@ void IsolatedExecutor::finish_removals() {
   }
 }
 
-// Called with the mutex held, which it releases while it waits for the child's thread, and when the
-// child is gone: then that forgets the node.
+// Called with the mutex held. Releases it while it waits for the child's thread, and when the child
+// is gone: then the child's executor forgets the node.
 void IsolatedExecutor::end(const std::shared_ptr<Child>& child, Node* node, Lock& lock) {
   join(*child, lock);
-  if (child->is_gone) return;  // another thread has removed it, too
+  if (child->is_gone) return;  // another thread has removed the child, too
   child->may_go = false;
   if (is_used(*child, node)) return start(*child);  // it is used again
   try {
@@ -314,7 +315,7 @@ void IsolatedExecutor::end(const std::shared_ptr<Child>& child, Node* node, Lock
     for (auto& gone : child->executor.statistics()) past_.add(std::move(gone));
     std::erase(children_, child);
     child->is_gone = true;
-  } catch (const Error&) {  // it is in a callback, on the thread that spins
+  } catch (const Error&) {  // the child is in a callback, on the thread that spins
     child->may_go = true;
     return;
   }
@@ -331,7 +332,8 @@ void IsolatedExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup
 }
 
 // Called with the mutex held. Starts the child's thread, if children have threads now and this one
-// has none; a thread that waits for the end of the last one starts it itself.
+// has none. While a thread joins the previous one, nothing is started: that thread calls `start`
+// again.
 void IsolatedExecutor::start(Child& child) {
   if (handler_ == nullptr || !child.may_spin || child.is_gone || child.is_joined ||
       child.thread.joinable())
@@ -359,7 +361,8 @@ void IsolatedExecutor::run(Child& child, const ExceptionHandler& handler) noexce
   wake();
 }
 
-// Called with the mutex held, which it releases meanwhile. A second caller waits for the same end.
+// Joins the child's thread. Called with the mutex held, which it releases meanwhile. A second
+// caller waits for the same end.
 void IsolatedExecutor::join(Child& child, Lock& lock) {
   while (child.is_joined.load()) {
     lock.unlock();
@@ -402,7 +405,7 @@ std::size_t IsolatedExecutor::pending() const noexcept {
   return count;
 }
 
-// With the mutex: a child that goes meanwhile would be in the past, too.
+// With the mutex held: a child that goes meanwhile would be counted twice, in past_ too.
 std::vector<CallbackStatistics> IsolatedExecutor::statistics() const {
   std::vector<CallbackStatistics> result;
   const std::lock_guard lock(mutex_);

@@ -16,24 +16,26 @@
 
 namespace takt {
 
-/// Gives the parameters of a group to the thread that it has for itself, see IsolatedExecutor.
+/// Applies the parameters of a group to the thread that this group alone has, see IsolatedExecutor.
 void apply_parameters(const CallbackParameters& parameters, ThreadAttributes& thread);
 
 /// One single-threaded executor, and one thread, for each node (rclcpp's
 /// component_container_isolated) or, with Isolation::group, for each callback group that has
-/// callbacks: none delays another but by the CPU. Children take the options' threads in order, then
-/// cyclically, each named after its node and group; one that is made later takes the place of one
-/// that has gone. The thread that calls spin only waits for the end. spin_some, spin_all, spin_once
-/// and spin_until_future_complete run the children one after another on the caller.
+/// callbacks: none delays another but by sharing a CPU. Children take the options' threads in
+/// order, then cyclically, each named after its node and group; one that is made later takes the
+/// place of one that has gone. The thread that calls spin only waits for the end. spin_some,
+/// spin_all, spin_once and spin_until_future_complete run the children one after another on the
+/// caller.
 ///
-/// A group's parameters, as they are when its child is made, are its thread's: its priority that of
-/// a SCHED_FIFO or SCHED_RR thread, its budget, deadline and period those of a SCHED_DEADLINE
-/// thread. So threads preempt each other as the callbacks' parameters say: fixed priority, or EDF.
+/// A child's thread has the parameters that its group has when the child is made: the priority, if
+/// it is a SCHED_FIFO or SCHED_RR thread; the budget, deadline and period, if it is a
+/// SCHED_DEADLINE thread. So threads preempt each other as the callbacks' parameters say: fixed
+/// priority, or EDF.
 /// A reentrant group has ExecutorOptions::reentrant_threads such threads for its callbacks.
 /// Thread safety and real-time: as Executor. Adding a node or a group while it spins starts a
-/// thread. It ends when nothing is left that belongs to it: at once, or, if a callback has removed
-/// that, soon. A node or group that was dropped without having been removed ends its thread when
-/// something else is added.
+/// thread. That thread ends when nothing belongs to it any more: at once, or soon, if a callback
+/// has removed the last part. A node or group that was dropped without having been removed ends its
+/// thread when something else is added.
 class IsolatedExecutor final : public Executor, private NodeListener, private Wakeable {
  public:
   IsolatedExecutor(const ExecutorOptions& options, const ExecutorTraits& traits);
@@ -62,17 +64,17 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   void end_trace() noexcept override;
   std::vector<ThreadStatistics> traces() const override;
 
-  /// The thread of a child: which one of the options', from 0 and cyclically, and what it asks for.
+  /// The thread of a child: its index among the options' threads, cyclically, and its attributes.
   struct ChildThread {
     std::size_t place;
     ThreadAttributes attributes;
   };
-  /// What of a node has a child of its own: nullptr: the node as a whole.
+  /// The unit that has a child of its own: the group, or nullptr for the node as a whole.
   const CallbackGroup* unit_of(const CallbackGroup& group) const noexcept {
     return is_per_group() ? &group : nullptr;
   }
-  /// Of the child that has the node's group; if there is none, as it would be made after so many
-  /// others.
+  /// The thread of the child that has the group; if there is none, the one that it would get when
+  /// `after` other children have been made.
   ChildThread thread_of(const std::shared_ptr<Node>& node,
                         const std::shared_ptr<CallbackGroup>& group, std::size_t after = 0) const;
 
@@ -107,7 +109,7 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
     std::thread thread;
     int adding = 0;         // threads that add something to it
     bool may_spin = false;  // it has what it was made for, so its first spin knows what to wait for
-    std::atomic<bool> is_joined{false};  // a thread waits for the end of its thread; written so
+    std::atomic<bool> is_joined{false};  // a thread joins its thread; written under the mutex
     bool may_go = false;  // a callback has removed what it had; the spinning thread removes it
     bool is_gone = false;
   };
@@ -160,7 +162,7 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
 
   mutable Mutex mutex_;  // guards all below
   std::vector<std::shared_ptr<Child>> children_;
-  std::vector<std::weak_ptr<Node>> nodes_;  // with a thread for each group: those we listen to
+  std::vector<std::weak_ptr<Node>> nodes_;  // with a thread for each group: the nodes it listens to
   // Of the children that were removed.
   detail::PastStatistics past_;
   detail::PastThreads past_threads_{options_.trace_events};

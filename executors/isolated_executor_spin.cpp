@@ -38,8 +38,9 @@ void IsolatedExecutor::wake() noexcept {
   sleeper_.wake([this] { backend_->post(); });
 }
 
-// It always counts as asleep, also between two spins: what comes while it looks must wake it. From
-// here on a wake-up is a new one: so the thread that has slept looks at everything again.
+// The thread that spins always counts as asleep, also between two spins, so whatever arrives while
+// it looks wakes it. A wake-up after this point is a new one: so a thread that has slept looks at
+// everything again.
 bool IsolatedExecutor::sleep(TimePoint deadline) noexcept {
   const bool is_woken = backend_->wait(0, deadline);
   sleeper_.end(is_woken);
@@ -70,7 +71,8 @@ void IsolatedExecutor::spin(const ExceptionHandler& handler) {
   if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
 }
 
-// Cancels all before it waits for any. Under a manual clock, it gives way to those that must end.
+// Cancels all children before it waits for any. Under a manual clock the caller leaves first, so
+// that the children's threads can run.
 void IsolatedExecutor::end_children() noexcept {
   {
     const std::lock_guard lock(mutex_);

@@ -16,14 +16,15 @@
 namespace TAKT_PUBLIC takt {
 
 /// Buckets of a histogram for each of 64 equal slices of a measured time. The threads that run
-/// callbacks count, so nobody wakes up to divide their figures over time.
+/// callbacks count by themselves, so no other thread has to wake up to sample over time.
 /// Thread safety: from any thread.
 /// Real-time: `record` is an atomic addition; nothing allocates.
 class LatencySlices {
  public:
   static constexpr std::size_t kSlices = 64;
 
-  /// Each slice lasts `length`, above 0. 300 kB, of which memory is used where it counts.
+  /// Each slice lasts `length`, above 0. 300 kB, of which only the pages that are written use
+  /// memory.
   explicit LatencySlices(Nanoseconds length) noexcept : length_(length) {}
 
   /// The first slice begins; before that nothing is counted.
@@ -37,7 +38,7 @@ class LatencySlices {
   }
 
   Nanoseconds length() const noexcept { return length_; }
-  /// Its minimum, maximum and sum are those of the limits of its buckets.
+  /// Its minimum, maximum and sum are computed from the limits of its buckets.
   Histogram slice(std::size_t index) const noexcept {
     Histogram histogram;
     for (std::size_t bucket = 0; bucket < Histogram::kBuckets; ++bucket) {

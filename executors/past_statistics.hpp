@@ -34,9 +34,9 @@ class FilledBuckets {
 
 /// The statistics of removed callbacks, for the result of a run: for example of a lifecycle node
 /// that drops its callbacks before the end. Node, group, name and kind identify a callback; one
-/// that is added and removed again stays one row. It keeps a row of each of the kMost that were
-/// removed last, and adds up all others in one more row, `kOthers`: so what it takes does not grow
-/// with the components that come and go. Thread safety: none. Real-time: no.
+/// that is added and removed again stays one row. The kMost callbacks that were removed last have a
+/// row each, all others share one more row, `kOthers`: so the memory does not grow with the
+/// components that come and go. Thread safety: none. Real-time: no.
 class PastStatistics {
  public:
   // Limit: removed callbacks with a row of their own. At it: the first that was removed joins the
@@ -59,8 +59,8 @@ class PastStatistics {
   std::optional<CallbackStatistics> others_;
 };
 
-/// The same for the threads of removed nodes; a thread's name identifies it. Of what they have
-/// traced, each row has the last `trace_events` executions, and that of the others none.
+/// The same for the threads of removed nodes; a thread's name identifies it. Each row has the last
+/// `trace_events` executions of its trace, the row of all others none.
 class PastThreads {
  public:
   static constexpr const char* kOthers = "(other removed threads)";

@@ -1,10 +1,9 @@
-// A callback that is more urgent than the one that runs interrupts it. The threads have a band of
-// SCHED_FIFO priorities on one CPU; a callback runs on the thread above that of the callback that
-// it interrupts, so Linux lets it run first. What may interrupt what is Baker's stack resource
-// policy
-// ("Stack-Based Scheduling of Realtime Processes", Real-Time Systems 1991): no callback begins
-// while one of its group runs, or while a more urgent one might have to wait for that group. So one
-// that has begun never waits, and no thread needs another priority than its own.
+// A more urgent callback preempts the one that runs. The threads have a band of SCHED_FIFO
+// priorities on one CPU; a callback runs on the thread above that of the callback which it
+// interrupts, so Linux runs it first. Baker's stack resource policy ("Stack-Based Scheduling of
+// Realtime Processes", Real-Time Systems 1991) says which callback may interrupt which: none begins
+// while one of its group runs, or while a more urgent one might have to wait for that group. So a
+// callback that has begun never blocks, and no thread needs priority inheritance.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <thread>
@@ -87,7 +86,7 @@ class Preemptive final : public WorkersPolicy {
     if (!is_granted(options.threads.back()))
       refuse("this user may have the lowest priority of its band, and not the highest");
   }
-  // What Linux says, to a thread that ends at once.
+  // Asks Linux for the attributes, on a thread that ends at once.
   static bool is_granted(const ThreadAttributes& thread) {
     bool result = false;
     std::thread([&] {

@@ -28,7 +28,7 @@ struct NamedCallback {
 struct TriggerInput {
   std::string_view node, callback;  // "/node", "callback"
   bool is_ready = false;
-  std::uint64_t label = 0;  // what Rule::label has said of it
+  std::uint64_t label = 0;  // the one that Rule::label gave it
 };
 
 /// What is ready when a rule is asked.
@@ -61,26 +61,26 @@ class Rule {
   virtual ~Rule() = default;
 
   /// A number of the rule's own that comes back with each question about this callback: the set of
-  /// windows in which it may run, say. Asked when it is added and when its parameters change. May
-  /// allocate, and throws Error to refuse the callback.
+  /// windows in which it may run, say. Asked when the callback is added and when its parameters
+  /// change. May allocate, and throws Error to refuse the callback.
   virtual std::uint64_t label(const NamedCallback&) const { return 0; }
 
   /// Once, before the first dispatch of the first spin.
   virtual void begin(TimePoint /*now*/) noexcept {}
-  /// Before a callback is chosen; while the executor is idle, not at all, however long. `now` is
-  /// the time of the last clock reading, at most one callback ago. Returns true if the rule admits
-  /// more than before: then all that waited for it is considered again.
+  /// Called before a callback is chosen, but not while the executor is idle, however long that is.
+  /// `now` is the time of the last clock reading, at most one callback ago. Returns true if the
+  /// rule admits more than before: then all callbacks that it has held are considered again.
   virtual bool look(TimePoint /*now*/, const ReadyCallbacks&) noexcept { return false; }
   /// False: nothing at all is served.
   virtual bool is_open() const noexcept { return true; }
   /// Whether this callback may be served. Asked only while the rule is open.
   virtual bool admits(const ReadyCallback&, std::uint64_t /*label*/) const noexcept { return true; }
-  /// When `look` must be called, though nothing has become ready; kNever: not by time alone. Asked
-  /// only while something waits that the rule does not serve, so an idle executor sleeps on. Later
-  /// than the `now` of the last look: else the thread does not sleep.
+  /// The time at which `look` must be called, even if nothing has become ready; kNever: time alone
+  /// does not matter. Asked only while a callback waits that the rule does not serve, so an idle
+  /// executor sleeps on. Must be later than the `now` of the last look, or the thread never sleeps.
   virtual TimePoint opens_at() const noexcept { return kNever; }
-  /// A callback that it has admitted begins; not asked with logical execution time. Only called
-  /// with `uses_time`, as `done` is for the same callback and label.
+  /// An admitted callback begins. Called only with `uses_time`, and not with logical execution
+  /// time. `done` follows, with the same callback and label.
   virtual void begins(const ReadyCallback&, std::uint64_t /*label*/) noexcept {}
   /// A callback has run for this time. Only called with `uses_time`.
   virtual void done(const ReadyCallback&, std::uint64_t /*label*/,
@@ -88,17 +88,18 @@ class Rule {
 
   // ---- What never changes ----
 
-  /// Looks at times. Without it, executors with statistics below `full` read the clock less often.
+  /// Whether the rule uses times. If not, executors with statistics below `full` read the clock
+  /// less often.
   virtual bool uses_time() const noexcept { return true; }
-  /// What it does not admit may wait for ever: such callbacks are neither pending when a run ends,
-  /// nor are their messages lost.
+  /// Whether callbacks that the rule does not admit may wait for ever: then they are not pending
+  /// when a run ends, and their messages are not lost.
   virtual bool may_hold_for_ever() const noexcept { return false; }
-  /// Logical execution time: what arrives is looked at only at `opens_at`, and wakes nobody; all
-  /// inputs are taken together before the first callback runs; what the callbacks publish is sent
-  /// at the next opening. The number of messages that can wait for that; more are dropped and
-  /// counted. For one thread only.
+  /// Logical execution time: arrivals are looked at only at `opens_at`, and wake nobody; all inputs
+  /// are taken together before the first callback runs; outputs are sent at the next opening.
+  /// Returns how many messages can wait for that; more are dropped and counted. For one thread
+  /// only.
   virtual std::optional<std::size_t> logical_outputs() const noexcept { return std::nullopt; }
-  /// The openings of a logical execution time that came while the last one was still served.
+  /// With logical execution time: openings that came while the last period was still served.
   virtual std::uint64_t missed_periods() const noexcept { return 0; }
 };
 

@@ -19,13 +19,13 @@ namespace takt {
 namespace {
 
 constexpr int kSignals[] = {SIGINT, SIGTERM};
-// Never closed, because a handler may be late.
+// Never closed, because a signal handler may still be running.
 std::atomic<int> signalled_fd{-1};
 std::atomic<bool> is_signalled{false};
 detail::SignalEcho echo;
 
-// It may interrupt any thread in any state, so it only wakes the thread that cancels. The next
-// signal ends the process.
+// It may interrupt any thread in any state, so it calls only what is async-signal-safe: it wakes
+// the thread that cancels. The next signal ends the process.
 void on_signal(int number) {
   if (echo.is_echo(number)) return;
   if (is_signalled.exchange(true)) return detail::end_by_signal(number);
@@ -59,7 +59,7 @@ class SignalThread {
     eventfd_write(fd_, 1);
     thread_.join();
     eventfd_t count = 0;
-    eventfd_read(fd_, &count);  // if a signal's event has ended the thread
+    eventfd_read(fd_, &count);  // left over, if a signal's event has ended the thread
   }
   SignalThread(const SignalThread&) = delete;
   SignalThread& operator=(const SignalThread&) = delete;
@@ -103,7 +103,7 @@ class SignalThread {
 };
 
 std::mutex signal_thread_mutex;
-std::unique_ptr<SignalThread> signal_thread;  // guarded by it
+std::unique_ptr<SignalThread> signal_thread;  // guarded by the mutex above
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// What `spin` and `early_wake` may be; and what `spin: always` needs: CPUs of its own.
+// Checks `spin` and `early_wake`, and that threads with `spin: always` have CPUs of their own.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_SPIN_ALWAYS_HPP_
 #define TAKT_EXECUTORS_SPIN_ALWAYS_HPP_
@@ -16,10 +16,11 @@ namespace TAKT_INTERNAL takt {
 /// those of the options, cannot spin always.
 void check_spin(const ExecutorOptions& options, std::span<const ThreadAttributes> threads);
 
-/// Checks the threads that never sleep; `others` are those that do. None may have SCHED_DEADLINE,
-/// whose runtime it would use up. One that nothing can preempt starves what else is on its CPU, so
-/// with SCHED_FIFO or SCHED_RR it has one CPU, on which no other thread may run, but of
-/// SCHED_DEADLINE. Together they leave a CPU to the rest of the system.
+/// Checks the threads that never sleep (`spinning`); `others` are those that do sleep. A thread
+/// that never sleeps may not have SCHED_DEADLINE, whose runtime it would use up. With SCHED_FIFO or
+/// SCHED_RR it would starve all others on its CPU: so it needs an affinity of one CPU, on which no
+/// other thread may run, but of SCHED_DEADLINE. Together they must leave a CPU to the rest of the
+/// system.
 /// Throws Error with what to do. Set-up only.
 void check_spin_always(std::span<const ThreadAttributes> spinning,
                        std::span<const ThreadAttributes> others = {});

@@ -1,4 +1,4 @@
-// What ran when, for a timeline.
+// A ring of the last executions on a thread, for a timeline.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_TRACE_RING_HPP_
 #define TAKT_EXECUTORS_TRACE_RING_HPP_
@@ -22,13 +22,13 @@ namespace TAKT_PUBLIC takt {
 /// One execution of a callback.
 struct TraceEvent {
   CallbackId callback = 0;
-  std::uint64_t sequence = 0;          // of what it was called for
+  std::uint64_t sequence = 0;          // of the message or release
   std::uint64_t chain_instance = 0;    // the sequence of its chain's first release
   std::uint64_t path = 0;              // of the chain instance up to here, see extend_path
   std::uint64_t lost = 0;              // messages overwritten, or releases missed, since its last
-  TimePoint ready{};                   // published, or for timers due
+  TimePoint ready{};                   // when it was published or, for timers, due
   TimePoint picked{}, start{}, end{};  // by a thread; of the callback
-  Nanoseconds cpu_time{0};             // of the callback: without what ran instead of it
+  Nanoseconds cpu_time{0};             // of the callback, without preemption
   bool has_waited = false;             // it gave up the CPU by itself: a lock, a sleep, a reply
 };
 
@@ -36,13 +36,14 @@ struct TraceEvent {
 // Seen: `overwritten` of the trace.
 inline constexpr std::size_t kMostTraceEvents = 65'536;
 
-/// The last executions on one thread, while somebody wants them: when it is full, the oldest are
+/// The last executions on one thread, while a trace is on: when the ring is full, the oldest are
 /// overwritten.
-/// Thread safety: one thread records, another one does the rest, also at the same time. The ring is
-/// a seqlock: that one drops events of which some words may be of a later event:
+/// Thread safety: one thread records, another one (the reader) does the rest, also at the same
+/// time. The ring is a seqlock: the reader drops events that the writer may have overwritten
+/// meanwhile:
 /// 1. The writer counts the event as begun, stores its words, each as a release, and counts it.
 /// 2. The reader loads the words, each as an acquire, then how many have begun: if it has seen a
-///    word of a later event, it sees that this one has begun.
+///    word of a later event, it also sees that this event has begun.
 /// Real-time: recording stores 88 bytes; nothing allocates but begin().
 class TraceRing {
  public:
@@ -51,8 +52,8 @@ class TraceRing {
     if (capacity != 0) begin(capacity);
   }
 
-  /// From now on is_on(), with room for so many, rounded up to a power of two. The first call makes
-  /// the room, which stays as it is. What was recorded before is forgotten.
+  /// From now on is_on(), with room for `capacity` events, rounded up to a power of two. The first
+  /// call allocates the room, which never changes. Earlier events are forgotten.
   void begin(std::size_t capacity) {
     if (slots_.empty()) slots_ = std::vector<Slot>(std::bit_ceil(capacity));
     first_ = count_;
@@ -60,9 +61,9 @@ class TraceRing {
   }
   void end() noexcept { is_on_.store(false); }
 
-  /// Of the thread: whether it is to record. Acquire: pairs with begin(), which has made the room.
+  /// For the thread that records. Acquire: pairs with begin(), which has allocated the room.
   bool is_on() const noexcept { return is_on_.load(std::memory_order_acquire); }
-  /// Of the thread, if it is on, or was when the execution began.
+  /// For the thread that records, if the ring is on, or was when the execution began.
   void record(const TraceEvent& event) noexcept {
     std::array<std::uint64_t, kWords> words{};
     std::memcpy(words.data(), &event, sizeof(event));
@@ -73,7 +74,7 @@ class TraceRing {
     count_.publish(count + 1);
   }
 
-  /// Since it began.
+  /// How many events were overwritten since it began.
   std::size_t overwritten() const noexcept {
     const std::uint64_t count = count_ - first_;
     return count > slots_.size() ? count - slots_.size() : 0;
@@ -102,7 +103,7 @@ class TraceRing {
   using Slot = std::array<Counter<>, kWords>;
 
   std::vector<Slot> slots_;
-  Counter<> begun_, count_;  // of all that were to be recorded, and are
+  Counter<> begun_, count_;  // of the events whose recording has begun, and ended
   std::atomic<bool> is_on_{false};
   std::uint64_t first_ = 0;  // the count when it began
 };

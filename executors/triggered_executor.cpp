@@ -1,5 +1,5 @@
-// Serves a snapshot of what is ready when a trigger says so, in the order that the user lists: any
-// callback is ready, all are, one certain is, or the user's own function of them. With a period, by
+// Serves a snapshot of the ready callbacks when a trigger fires (any is ready, all are, a certain
+// one is, or a function of the user's says so), in the order that the user lists. With a period:
 // logical execution time (Giotto; rclc's LET): inputs are taken together at its beginning, and
 // outputs are sent together at its end, however long the callbacks took. One thread.
 // SPDX-License-Identifier: Apache-2.0
@@ -14,7 +14,7 @@
 namespace takt {
 namespace {
 
-/// Serves a snapshot to its end when the trigger fires; without a trigger, each.
+/// Serves a snapshot to its end when the trigger fires; without a trigger, every snapshot.
 class TriggerRule : public Rule {
  public:
   explicit TriggerRule(const ExecutorOptions& options)

@@ -11,8 +11,8 @@
 
 namespace takt {
 
-/// Whether the clock has CPUs: then threads have their attributes there, and ask this system for
-/// nothing but a name.
+/// Whether the clock simulates CPUs: then the attributes of threads apply there, and this system
+/// gives them nothing but a name.
 /// Thread safety: from any thread. Real-time: no.
 inline bool has_virtual_cpus(Clock& clock) {
   const ManualClock* const manual = clock.as_manual();

@@ -38,7 +38,7 @@ struct WaitSet::Member final : Sink {
   std::atomic<std::uint32_t> expelled{0};
 
  private:
-  // The last user frees it. The set lives until then.
+  // The last user frees the member. The set outlives that, as its destructor waits.
   void end_use() noexcept {
     WaitSet& set = wait_set;
     if (users.fetch_sub(1) == 1) delete this;
@@ -91,7 +91,7 @@ void WaitSet::add(const std::shared_ptr<Entity>& entity) {
   } catch (...) {
     {
       const std::lock_guard ownership(ownership_mutex());
-      // A thread that has dropped it meanwhile waits for the mutex, and removes it.
+      // A thread that has dropped the entity meanwhile waits for the mutex, and removes it.
       if (entity->owner() != members_.back().get()) throw;
       entity->set_owner(nullptr);
     }
@@ -106,8 +106,8 @@ void WaitSet::remove(const std::shared_ptr<Entity>& entity) {
   entity->leave_owner();
 }
 
-// Afterwards its users own the member. It leaves the list first: the thread that adds it may not
-// have attached it yet.
+// Afterwards the users of the member own it. It leaves the list first, under the mutex, because the
+// thread that adds it may not have attached it yet.
 void WaitSet::expel(Member& member) noexcept {
   {
     const std::lock_guard lock(mutex_);
@@ -122,13 +122,13 @@ void WaitSet::expel(Member& member) noexcept {
     const std::lock_guard ownership(ownership_mutex());
     member.entity->forget_earlier_owner(member);  // from here on no thread begins to wait
   }
-  wake();  // the thread may wait for its release
+  wake();  // the waiting thread may sleep until its release
   member.expelled.store(1);
   member.expelled.notify_all();
 }
 
 void WaitSet::collect() {
-  ready_.clear();  // before the lock: with the last pointer to an entity goes what its user owns
+  ready_.clear();  // before the lock: this may destroy an entity, and what its user owns
   const std::lock_guard lock(mutex_);
   if (ready_.capacity() < members_.size()) ready_.swap(larger_);
   for (const auto& member : members_) {

@@ -52,7 +52,7 @@ class WaitSet {
   mutable RankedMutex<LockRank::wait_set> mutex_;  // guards members_
   std::vector<std::unique_ptr<Member>> members_;
   std::vector<std::shared_ptr<Entity>> ready_;
-  std::vector<std::shared_ptr<Entity>> larger_;  // guarded by mutex_: room for as many as there are
+  std::vector<std::shared_ptr<Entity>> larger_;  // guarded by mutex_: room for the next result
 };
 
 }  // namespace takt

@@ -39,7 +39,7 @@ void Watchdog::remove(Watched& watched) noexcept {
   }
   const detail::WaitInCallback wait(&watched);
   wait.until([&] { return wait.is_for_itself() || calling_.load() != &watched; });
-  // The handler that runs is its last.
+  // Ends the loop of report_misses: a handler that still runs is this executor's last.
   Watched* called = &watched;
   calling_.compare_exchange_strong(called, nullptr);
   backend_->post();  // the current round may have skipped another

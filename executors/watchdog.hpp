@@ -28,8 +28,8 @@ class Watchdog {
   /// An executor, whose callbacks are watched.
   class Watched {
    public:
-    /// Reports a deadline that was missed by now, and returns nothing: the handler may have
-    /// destroyed this. Without one, returns the next deadline.
+    /// Reports a deadline that has passed, if there is one, and returns nothing: the handler may
+    /// have destroyed this object. Otherwise returns the next deadline.
     virtual std::optional<TimePoint> report_miss(TimePoint now) noexcept = 0;
 
    protected:
@@ -50,7 +50,7 @@ class Watchdog {
   /// When it returns, no handler of this executor runs, except one that has called it or waits for
   /// the thread that has (WaitInCallback).
   void remove(Watched& watched) noexcept;
-  /// An execution must have ended by this time.
+  /// An execution must have ended by this time: wakes the watchdog up if it would sleep longer.
   void expect(TimePoint deadline) noexcept {
     if (deadline < wakes_at_.load()) sleeper_.wake([this] { backend_->post(); });
   }

@@ -22,13 +22,13 @@ inline constexpr std::size_t kMostWorkers = 64;
 /// Tells the workers of an executor apart: bands of priorities, workers that belong to groups. For
 /// a callback that becomes ready, the first worker of its set that sleeps is woken, and no other. A
 /// worker that finds nothing of its own sleeps at once: `spin` and `early_wake` are refused.
-/// Without a policy any worker may take each callback. A scheduler is asked for callbacks that this
-/// worker leaves to others, and gets them back at once, in the order in which it gave them.
+/// Without a policy any worker may take each callback. A worker also pops callbacks that it must
+/// leave to others, and pushes them back at once in the same order: the scheduler must allow that.
 ///
 /// Thread safety: control threads ask, one at a time; it must only read what never changes.
-/// Real-time: it may allocate, but in `precedes`. What its answers cost a dispatch: O(callbacks
-/// that wait for other workers, × log n) for the choice, O(workers × timers) to see who else must
-/// wake up.
+/// Real-time: it may allocate, except in `precedes`. It costs each dispatch O(callbacks that wait
+/// for other workers, × log n) for the choice, and O(workers × timers) to see who else must wake
+/// up.
 class WorkersPolicy {
  public:
   virtual ~WorkersPolicy() = default;
@@ -39,9 +39,10 @@ class WorkersPolicy {
 
   // ---- Workers that interrupt each other ----
 
-  /// Linux runs the later one of two workers first. A callback that may interrupt what runs begins
-  /// on the next worker, and what it interrupts goes on afterwards; any other one waits until a
-  /// callback has ended. Never changes.
+  /// Whether workers interrupt each other. Their threads have ascending priorities, so Linux runs
+  /// the later of two first. A callback that may interrupt those that run begins on the next
+  /// worker, and the interrupted one goes on afterwards; any other callback waits until one has
+  /// ended. Never changes.
   virtual bool interrupts() const noexcept { return false; }
   /// The preemption levels (Baker: "Stack-Based Scheduling of Realtime Processes", Real-Time
   /// Systems 1991) of all callbacks, one for each, from 1. A callback interrupts another one only
@@ -50,8 +51,8 @@ class WorkersPolicy {
   virtual std::vector<std::uint32_t> levels(std::span<const CallbackInfo> callbacks) const {
     return std::vector<std::uint32_t>(callbacks.size(), 1);
   }
-  /// Whether the first of two, with the higher level, comes before the second one in the order. On
-  /// dispatching threads, with the executor's lock: neither blocks nor allocates.
+  /// Whether the first of two, which has the higher level, comes before the second one in the
+  /// order. On dispatching threads, with the executor's lock: neither blocks nor allocates.
   virtual bool precedes(const ReadyCallback&, const ReadyCallback&) const noexcept { return true; }
 };
 

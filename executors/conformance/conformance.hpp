@@ -38,8 +38,8 @@ inline int stress_rounds() {
   return rounds != nullptr ? std::atoi(rounds) : 10'000;
 }
 
-/// For manual clocks: those of a machine with so many CPUs that is simulated, as `./dev stress`
-/// says; else none, and each thread has one.
+/// The CPUs that manual clocks simulate, as many as TAKT_VIRTUAL_CPUS says (`./dev stress` sets
+/// it); none: each thread has a CPU of its own.
 inline std::vector<int> virtual_cpus() {
   const char* const count = std::getenv("TAKT_VIRTUAL_CPUS");
   std::vector<int> cpus(count != nullptr ? std::strtoul(count, nullptr, 10) : 0);
@@ -47,10 +47,10 @@ inline std::vector<int> virtual_cpus() {
   return cpus;
 }
 
-/// What the parameter of a test stands for: a registered executor, or a variant of one, whose name
-/// ends so: one that isolates, with a thread for each group, a reentrant one two; one that has
-/// several workers only where the options say so, and does not tell them apart, with two and with
-/// four.
+/// The executor that a test's parameter names: a registered one, or a variant of one, by a suffix.
+/// `_per_group`: one that isolates, with a thread for each group, and two for a reentrant one.
+/// `_two_workers` and `_four_workers`: one that has several workers only where the options say so,
+/// and has no workers' policy.
 class ExecutorKind {
  public:
   static constexpr std::string_view kPerGroup = "_per_group", kTwo = "_two_workers",
@@ -118,7 +118,7 @@ class Conformance : public ::testing::TestWithParam<std::tuple<std::string, std:
   bool is_isolated() const { return traits_.isolates; }
   bool is_frozen() const { return traits_.frozen; }
   bool is_pool() const { return workers() > 1; }
-  /// Of an executor that is made without saying how many. One that isolates: of each of its own.
+  /// Of an executor whose options do not say how many; if it isolates, of each of its children.
   std::size_t workers() const { return kind_.workers(); }
   /// The same for a reentrant group.
   std::size_t reentrant_workers() const {
@@ -130,7 +130,7 @@ class Conformance : public ::testing::TestWithParam<std::tuple<std::string, std:
     const std::size_t of_group = is_reentrant ? reentrant_workers() : workers();
     return is_isolated() ? of_group + 1 : of_group;
   }
-  /// How many a test may ask for that lets them run at the same time.
+  /// How many workers a test may ask for, if they have to run callbacks at the same time.
   std::size_t most_workers() const { return traits_.workers != nullptr ? 1 : traits_.max_threads; }
   bool is_event_driven() const { return traits_.readiness == Readiness::events; }
 

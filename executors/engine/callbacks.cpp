@@ -34,8 +34,8 @@ Callbacks::~Callbacks() {
     }
   }
   remove(mine);
-  // Until no thread removes a callback or waits for a removal. From then on none begins to wait: a
-  // thread that drops a handle later finds no record.
+  // Waits until no thread removes a callback or waits for a removal. None can begin to do so
+  // afterwards: a thread that drops a handle later finds no record.
   for (bool is_over = false; !is_over;) {
     removals_.wait();
     const std::lock_guard lock(lists_.mutex);
@@ -161,7 +161,7 @@ std::unique_ptr<CallbackRecord> Callbacks::make_record(const std::shared_ptr<Ent
 }
 
 void Callbacks::add_entity(const std::shared_ptr<Entity>& entity, const Node& node) {
-  // They go after the lock, as they hold functions of the user.
+  // Destroyed after the lock is released, as they hold functions of the user.
   RemovedRecords gone;
   std::unique_ptr<Record> record;
   const CallbackParameters parameters = node.callback_parameters(*entity);
@@ -171,8 +171,8 @@ void Callbacks::add_entity(const std::shared_ptr<Entity>& entity, const Node& no
   record = make_record(entity, node, parameters);
   {
     const std::lock_guard ownership(ownership_mutex());
-    // It was found twice, in the node's list and as an added entity; or it was dropped, and is not
-    // destroyed yet.
+    // The entity was found twice, in the node's list and as an added entity; or the user has
+    // dropped it, and it is not destroyed yet.
     if (!entity->is_free() || entity->is_retired()) return;
     record->own_entity();
   }
@@ -189,8 +189,8 @@ void Callbacks::add_entity(const std::shared_ptr<Entity>& entity, const Node& no
   }
 }
 
-// If another thread has dropped the entity meanwhile, it waits for the mutex and completes the
-// removal.
+// If another thread has dropped the entity meanwhile, that thread waits for the mutex and completes
+// the removal.
 void Callbacks::undo_add(Record& record) noexcept {
   take_from_lists(record);
   record.remove_unpublished();
@@ -224,7 +224,7 @@ void Callbacks::parameters_changed(Node& node) {
   exchange();
   if (std::none_of(changed.begin(), changed.end(),
                    [](const auto& change) { return change.record->is_handed_over; })) {
-    return;  // the first spin brings them
+    return;  // the first spin publishes them
   }
   try {
     publish(changed);

@@ -26,7 +26,7 @@ namespace takt::detail {
 class Callbacks final : private NodeListener {
  public:
   Callbacks(const ExecutorOptions& options, Dispatcher& dispatcher, CallbackLists& lists);
-  /// Removes them all.
+  /// Removes all callbacks.
   ~Callbacks();
   Callbacks(const Callbacks&) = delete;
   Callbacks& operator=(const Callbacks&) = delete;
@@ -44,11 +44,11 @@ class Callbacks final : private NodeListener {
   /// As remove_callback_group, for all of these groups that belong to this executor.
   void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups, Node& node,
                       bool with_node = false) noexcept;
-  /// Nothing of the node belongs to it, and nothing will: it does not even make a pointer to it any
-  /// more, which might be the last one for a moment.
+  /// For a node of which nothing belongs to this executor any more. Afterwards the executor does
+  /// not even lock its weak pointer, which might make it the node's last owner for a moment.
   void forget(Node& node) noexcept;
-  /// Whether it has callbacks, or the node or one of its groups belongs to it. Callbacks may live
-  /// longer than their node: then `node` is nullptr.
+  /// Whether the executor has callbacks, or the node or one of its groups belongs to it. Callbacks
+  /// may live longer than their node: then `node` is nullptr.
   bool is_used_by(const Node* node) const;
   /// When the first timer is due. Call it only while no thread spins; other threads may remove
   /// timers meanwhile.
@@ -60,7 +60,8 @@ class Callbacks final : private NodeListener {
   void end_spin(Worker& worker) noexcept;
 
   // For records.
-  /// Waits no longer than this until none of them runs; then another thread does what is left.
+  /// Removes the records. Waits for their running callbacks for `at_most`; after that another
+  /// thread completes the removal.
   void remove(const std::vector<CallbackRecord*>& records,
               Nanoseconds at_most = Nanoseconds::max()) noexcept;
   Removals& removals() noexcept { return removals_; }
@@ -93,7 +94,7 @@ class Callbacks final : private NodeListener {
   const ExecutorOptions& options_;
   Dispatcher& dispatcher_;
   Removals removals_;
-  CallbackLists& lists_;  // its mutex guards all below; `of_entity_` are its records
+  CallbackLists& lists_;  // its mutex guards all below; `of_entity_`: its records by entity
   bool is_frozen_ TAKT_GUARDED_BY(lists_.mutex) = false;
   std::unordered_map<const Entity*, Record*> of_entity_ TAKT_GUARDED_BY(lists_.mutex);
   Changes changes_ TAKT_GUARDED_BY(lists_.mutex);

@@ -92,14 +92,14 @@ bool Callbacks::claim_removal(Record& record) noexcept {
 
 // 1. The records leave the list, so that the next update does not contain them. Their file
 //    descriptors are no longer watched.
-// 2. A dispatch point installs that update, or this thread, if none spins: it takes them out of the
-//    scheduler.
+// 2. A dispatch point installs that update, or this thread does, if none spins: the records leave
+//    the scheduler.
 // 3. The running callbacks end; then no thread executes the entities.
 // 4. The entities drop their sinks; when all read sections have ended, no thread announces them.
 // 5. A record without references is freed: neither these threads nor the ready set use it.
 //
-// A thread that holds a mutex which a callback waits for would wait for ever. So another one ends
-// what takes too long; the executor's destructor waits for it.
+// If this thread holds a mutex for which a running callback waits, waiting here is a deadlock. So a
+// helper thread completes a removal that takes too long; the executor's destructor waits for that.
 void Callbacks::remove(const std::vector<Record*>& records, Nanoseconds at_most) noexcept {
   if (records.empty()) return;
   begin_removal(records);
@@ -113,7 +113,7 @@ void Callbacks::remove(const std::vector<Record*>& records, Nanoseconds at_most)
   if (is_over) return end();
   try {
     std::thread(end).detach();
-  } catch (const std::system_error&) {  // no thread is to be had
+  } catch (const std::system_error&) {  // the system has no thread left
     end();
   }
 }
@@ -140,7 +140,7 @@ void Callbacks::end_removal(const std::vector<Record*>& records) noexcept {
   {
     const std::lock_guard lock(lists_.mutex);
     for (Record* record : records) record->state.release();
-    if (!lists_.is_spinning) {  // so nobody takes them from the inbox
+    if (!lists_.is_spinning) {  // so no worker empties the inbox
       const std::lock_guard dispatch(dispatcher_.lock());
       dispatcher_.ready().discard_removed();
     }

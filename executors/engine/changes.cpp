@@ -42,7 +42,8 @@ void Changes::publish_removal(const std::vector<CallbackRecord*>& removed,
     }
     std::erase(update->all, record);
   }
-  // A group that has lost its most urgent callback may be interrupted by more callbacks of others.
+  // A group that loses its most urgent callback has a lower ceiling: more callbacks of other groups
+  // may interrupt it.
   if (update->levels.empty() && dispatcher_.ready().selection().interrupts()) {
     for (const auto& [id, record] : records)
       update->levels.emplace_back(record.get(), record->level.load());

@@ -16,7 +16,7 @@ namespace takt::detail {
 /// Thread safety: none; the callbacks' mutex is held. Real-time: no.
 class Changes {
  public:
-  /// `options`: which scheduler.
+  /// `options` name the scheduler.
   Changes(Dispatcher& dispatcher, const ExecutorOptions& options)
       : dispatcher_(dispatcher), options_(options) {}
 
@@ -26,7 +26,7 @@ class Changes {
   /// Sends the update to the workers, with what was added since the last one. `changed`: these get
   /// the settings that are wanted. Throws what a user's scheduler throws; then nothing has changed.
   void publish(const CallbackRecords& records, const std::vector<ScheduleUpdate::Change>& changed);
-  /// That these, which were handed over, are removed. `records`: all others.
+  /// Sends an update that removes these records, which were handed over. `records`: the others.
   void publish_removal(const std::vector<CallbackRecord*>& removed, const CallbackRecords& records);
 
  private:

@@ -11,13 +11,14 @@ namespace takt {
 namespace TAKT_INTERNAL detail {
 
 /// An adaptive mutex with priority inheritance: a thread that finds it taken spins for a moment
-/// before it waits in the kernel: a dispatch takes a fraction of a microsecond, that wait several.
+/// before it waits in the kernel, because a dispatch takes a fraction of a microsecond, and that
+/// wait several.
 /// Thread safety and real-time: as PiMutex.
 class TAKT_LOCK DispatchLock {
  public:
   using IsChecked = void;
 
-  /// `is_shared`: there are several workers. An only one needs no lock, and none is taken.
+  /// `is_shared`: there are several workers. A single one needs no lock, and none is taken.
   explicit DispatchLock(bool is_shared) noexcept : is_shared_(is_shared) {}
 
   bool is_shared() const noexcept { return is_shared_; }

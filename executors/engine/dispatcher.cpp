@@ -15,7 +15,7 @@
 namespace takt::detail {
 namespace {
 
-// Whether its order depends on more than the callbacks that wait.
+// Whether the scheduler has state besides its waiting callbacks, so a pop changes later choices.
 bool keeps_history(const std::string& scheduler) {
   const analysis::Order order = schedulers().traits(scheduler).order;
   return order == analysis::Order::arbitrary || order == analysis::Order::in_turns;
@@ -27,7 +27,7 @@ bool reads_clock(const ExecutorOptions& options, const Rule* rule) {
          schedulers().traits(options.scheduler).uses_time;
 }
 
-// The calling thread is in a callback that excludes the record's.
+// Whether the calling thread is in a callback of the record's mutually exclusive group.
 bool waits_for_this_thread(const CallbackRecord& record) noexcept {
   const Dispatch* const inside = Dispatch::current();
   return inside != nullptr && inside->group == record.exclusion.get() && !record.is_reentrant();
@@ -53,8 +53,8 @@ Dispatcher::Dispatcher(const ExecutorOptions& options, Readiness readiness,
 
 // ---- How a callback becomes ready ----
 
-// What has to wait for the group of the callback that announces needs no other worker: this one
-// looks for it afterwards.
+// A callback that has to wait for the announcing callback's group needs no other worker: this one
+// finds it when its own callback ends.
 void Dispatcher::announce(CallbackRecord& record, const Arrival& arrival) noexcept {
   TAKT_PROBE(release, record.entity.get(), record.entity->name().c_str());
   if (Worker::is_only_one_of(*this)) return ready_.announce_from_worker(record, arrival);
@@ -64,7 +64,7 @@ void Dispatcher::announce(CallbackRecord& record, const Arrival& arrival) noexce
 
 // ---- How it is dispatched ----
 
-// Flat: without work a callback takes 1.06 times as long if this calls its steps.
+// Flattened: if this calls its steps instead, an empty callback takes 1.06 times as long.
 [[gnu::flatten]] bool Dispatcher::run_next(Worker& worker,
                                            const ReadySet::Limits& limits) noexcept {
   install_update();
@@ -130,8 +130,8 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
   CallbackRecord& record = *execution.record;
   const Slot& slot = execution.slot;
   const bool is_checked = execution.is_checked;
-  // A scheduler that looks at times needs no more than when one callback ended and the next one
-  // was picked: on one worker that is one reading.
+  // A scheduler that uses times needs only the end of one callback and the pick of the next one: on
+  // a single worker both are the same clock reading.
   ExecutionTimes times{picked, picked, picked, execution.as_picked.has_value(),
                        worker.trace.is_on()};
   if (execution.is_taken && AbortedInstances::contains(slot.chain_instance) &&
@@ -153,7 +153,8 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
     before = ThreadUsage::now();
   if (model_ != nullptr) [[unlikely]]
     model_->dispatch();
-  // Last before the callback: what is done for it, in no cache, belongs to the latency.
+  // The last step before the callback, so that the latency includes the work above and its cache
+  // misses.
   if (times.are_read && (is_checked || (times_take_ && !starts_at_once(times, execution))))
       [[unlikely]]
     times.start = options_.clock->now();
@@ -161,7 +162,7 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
   // Before the user's handlers of limits, and before the wait for the lock.
   if (times.are_read || is_checked) [[unlikely]]
     times.end = options_.clock->now();
-  if (counts_allocations_) [[unlikely]]  // since the callback before: read once, as it takes 1 ns
+  if (counts_allocations_) [[unlikely]]  // since the last callback: read once, as it takes 1 ns
     times.allocations = worker.take_allocations();
   if (times.is_traced) [[unlikely]]
     times.used = ThreadUsage::now() - before;
@@ -200,8 +201,8 @@ void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes& ti
       ready_.timers().set_now(times.end);
       has_just_run_ = times.end - times.start < kBrief;
     }
-    // The time of the dispatch was read after the callback before: what came since then, from
-    // another thread, did not wait.
+    // `picked` was read when the previous callback ended: a message that another thread has sent
+    // since then has not waited.
     times.picked = std::max(times.picked, execution.slot.ready_time);
     times.start = std::max(times.start, times.picked);
     if (is_taken && observation_.records_times())
@@ -217,8 +218,8 @@ void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes& ti
   ready_.finished(record, execution.slot.more);
 }
 
-// A pointer was taken, right after a brief callback on the only worker: when that has ended says as
-// much as another reading.
+// With one worker, right after a brief callback, when only a pointer was taken: the end of that
+// callback serves as the start of this one, without a clock reading.
 bool Dispatcher::starts_at_once(const ExecutionTimes& times,
                                 const Execution& execution) const noexcept {
   return !workers_.lock().is_shared() && has_just_run_ && !times.is_traced &&
@@ -228,7 +229,7 @@ bool Dispatcher::starts_at_once(const ExecutionTimes& times,
 
 // ---- What is rare ----
 
-// A message of an aborted chain instance, or what a mode drops.
+// Drops a message of an aborted chain instance, or an input that a mode drops.
 void Dispatcher::discard(Execution& execution, Counter<>& counted) noexcept {
   execution.record->entity->discard(execution.slot);
   execution.is_taken = false;
@@ -265,8 +266,8 @@ void Dispatcher::install_pending_update() noexcept {
   updates_.give_back(*update);
 }
 
-// Called inside a callback, or by a destructor of a worker's thread that ends: so the lock must be
-// left.
+// Called inside a callback, or by a thread-local destructor when a worker's thread ends: in both
+// the thread does not hold the dispatch lock.
 void Dispatcher::install_updates_here() noexcept {
   for (Worker* worker = Worker::current(); worker != nullptr; worker = worker->outer)
     worker->dispatcher->install_here();

@@ -20,8 +20,9 @@
 
 namespace takt::detail {
 
-/// What the workers of an executor share, and what each of them does with it.
-/// Thread safety: as the sections say; "with the lock": it is held before and after.
+/// The state that the workers of an executor share, and the steps of one dispatch.
+/// Thread safety: as the sections say; "with the lock": the caller holds the dispatch lock, and
+/// holds it again when the function returns.
 /// Real-time: nothing allocates, or blocks but for the lock.
 class Dispatcher {
  public:
@@ -37,30 +38,32 @@ class Dispatcher {
   const Workers& workers() const noexcept { return workers_; }
   Observation& observation() noexcept { return observation_; }
   const Rule* rule() const noexcept { return rule_; }
-  /// The last callback has run: with logical execution time, what waits is sent.
+  /// Called after the last callback. With logical execution time, sends the staged outputs.
   void end(ThreadStatistics& statistics) noexcept {
     if (rule_step_) rule_step_->end(statistics);
   }
-  /// Messages that wait for the end of a period.
+  /// How many staged outputs wait for the end of a period.
   std::size_t held_back() const noexcept { return rule_step_ ? rule_step_->held_back() : 0; }
 
   // ---- Any thread ----
 
   /// The entity of the record has become ready.
   void announce(CallbackRecord& record, const Arrival& arrival) noexcept;
-  /// Installs the updates of all executors whose callbacks this thread is in.
+  /// Installs the pending updates of every executor whose callback this thread is in (nested
+  /// spins).
   static void install_updates_here() noexcept;
 
   // ---- The thread that spins, without the lock ----
 
-  /// Before its first dispatch.
+  /// Called before the first dispatch of a spin.
   void begin() noexcept;
-  /// `handler`: nullptr if exceptions leave spin. It lives until the next call.
+  /// `handler`: nullptr: exceptions leave spin. The handler must live until the next call.
   void set_handler(const ExceptionHandler* handler) noexcept { handler_ = handler; }
-  /// What a callback has thrown, once; then no thread of the executor runs.
+  /// Rethrows the exception of a callback, if there is one, once. Call it when no worker runs.
   void rethrow();
 
-  /// Installs an update, if there is one. Where no worker does: no thread spins.
+  /// Installs the pending update, if any, on the calling thread: for when no worker would do so
+  /// soon (no thread spins, or this worker waits inside a callback).
   void install_here() noexcept {
     const std::lock_guard guard(lock());
     install_update();
@@ -78,10 +81,11 @@ class Dispatcher {
   /// Returns false if there was nothing to run.
   bool run_next(Worker& worker, const ReadySet::Limits& limits) noexcept
       TAKT_REQUIRES(workers_.lock());
-  /// The same where no rule decides, or has decided.
+  /// The same without asking the rule: there is none, or it has looked and is open.
   bool run_ready(Worker& worker, const ReadySet::Limits& limits) noexcept
       TAKT_REQUIRES(workers_.lock());
-  /// Runs what has begun, and whose input is taken. `outputs`: where its messages wait.
+  /// Runs an execution that has begun and has its input. `outputs`: stages what the callback
+  /// publishes; nullptr: it is sent at once.
   void execute(Worker& worker, Execution& execution, StagedOutputs* outputs) noexcept
       TAKT_REQUIRES(workers_.lock());
   /// As Workers::wait.
@@ -92,8 +96,8 @@ class Dispatcher {
   }
 
  private:
-  /// A callback so brief leaves the dispatch in the caches, which then takes as long as a reading
-  /// of the clock.
+  /// After a callback this brief the dispatch code is still in the caches, and a dispatch takes no
+  /// longer than a clock reading.
   static constexpr Nanoseconds kBrief{500};
 
   [[gnu::cold, gnu::noinline]] void install_pending_update() noexcept
@@ -114,8 +118,8 @@ class Dispatcher {
   Observation& observation_;
   ExecutionModel* const model_;
   const bool counts_allocations_;
-  const bool times_take_;      // the callback's start is read, as it is later than the pick
-  bool has_just_run_ = false;  // on an only worker: a brief callback, and nothing else since
+  const bool times_take_;      // the clock is read again after the take, which may be long
+  bool has_just_run_ = false;  // with one worker: its last step was a brief callback
   ReadySet ready_;
   std::optional<RuleStep> rule_step_;
   Updates updates_;

@@ -27,7 +27,7 @@ using detail::Worker;
 
 namespace {
 
-// With what the traits and the clock say.
+// The options with the defaults of the traits; under a manual clock without CPUs nothing spins.
 ExecutorOptions effective(ExecutorOptions options, const ExecutorTraits& traits) {
   if (options.scheduler.empty()) options.scheduler = traits.scheduler;
   if (options.clock->as_manual() != nullptr && !has_virtual_cpus(*options.clock))
@@ -35,7 +35,7 @@ ExecutorOptions effective(ExecutorOptions options, const ExecutorTraits& traits)
   return options;
 }
 
-// With names, one for each worker.
+// The attributes of each worker's thread, with its name.
 std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
                                           const ExecutorTraits& traits) {
   std::vector<ThreadAttributes> threads = options.threads;
@@ -274,7 +274,7 @@ bool DispatchingExecutor::run_one() {
   return has_run;
 }
 
-// 0: there is none.
+// `max_duration` 0: no limit.
 TimePoint DispatchingExecutor::limit_of(Nanoseconds max_duration) const {
   return max_duration == Nanoseconds::zero() ? kNever : later(options_.clock->now(), max_duration);
 }

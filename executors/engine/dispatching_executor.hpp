@@ -14,17 +14,17 @@
 
 namespace takt {
 
-/// Runs the callbacks of its nodes: the engine of the named executors. It spins; all else is done
-/// by its parts.
-/// 1. `Dispatcher::announce`: an entity announces itself to its record, on whatever thread: the
-///    record goes into the ready set's inbox, and one sleeping worker is woken, if there is one.
+/// The engine of the named executors: runs the callbacks of its nodes. This class only spins; its
+/// parts do the rest:
+/// 1. `Dispatcher::announce`: an entity announces itself to its record, on any thread: the record
+///    goes into the ready set's inbox, and one sleeping worker is woken, if there is one.
 /// 2. `Dispatcher::run_next`: a worker takes the dispatch lock (only where there is more than one
 ///    worker), picks a callback from the ready set, and executes it without the lock.
-/// 3. `Workers::wait`: when there is nothing to pick, the worker waits: it may search for a moment,
-///    then it sleeps. One of those that wait does so until the first timer is due.
+/// 3. `Workers::wait`: a worker that finds nothing to pick may search for a moment, then it sleeps.
+///    One of the waiting workers wakes up for the first timer.
 /// 4. `Callbacks`: a control thread builds a change as an update; a worker installs it at its next
 ///    dispatch. While no thread spins, the control thread installs it itself.
-/// 5. `Observation`: what is counted, measured and checked.
+/// 5. `Observation`: counters, measured times, traces, and checks of deadlines.
 /// Thread safety and real-time: as Executor.
 class DispatchingExecutor final : public Executor {
  public:
@@ -68,8 +68,9 @@ class DispatchingExecutor final : public Executor {
   bool run_one();
   /// As spin_some; `is_cancelled` (nullptr: none) ends it, too.
   void spin_some(Nanoseconds max_duration, const std::atomic<bool>* is_cancelled);
-  /// A descriptor for another wait back end, ready when a file descriptor of this executor is; -1
-  /// if it has none. Call it only on the thread of the last spin, after that spin.
+  /// A file descriptor for another wait back end, readable when a file descriptor of this executor
+  /// is ready; -1: the executor has none. Call it only on the thread of the last spin, after that
+  /// spin.
   int wait_fd() noexcept {
     detail::Places& places = workers().places();
     return places.watch_file_descriptors() ? places.backend_of(0).fd() : -1;

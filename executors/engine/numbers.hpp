@@ -11,9 +11,10 @@
 
 namespace takt::detail {
 
-/// Dense indices, from 0, for the groups and nodes of an executor. That of a thing that has gone is
-/// reused: schedulers have arrays that are as long as the largest number, and components may be
-/// loaded and unloaded for ever. `Alive` is what lives as long as the number is in use.
+/// Dense indices, from 0, for the groups and nodes of an executor. The index of a thing that has
+/// gone is reused: schedulers have arrays that are as long as the largest number, and components
+/// may be loaded and unloaded for ever. `Alive`: the type of the object that lives as long as its
+/// number is in use.
 /// Thread safety: none. Real-time: no.
 template <class Alive>
 class Numbers {

@@ -20,10 +20,10 @@ Observation::~Observation() {
 
 // ---- Callbacks ----
 
-// What waits for a trigger, say, may wait for ever: it is not pending.
+// A callback that a rule holds, for a trigger, say, may wait for ever: it is not pending.
 bool Observation::is_pending(const CallbackRecord& record) const noexcept {
-  // In this order: a thread that sees that a message was taken sees that its callback executes. It
-  // reads the entity's kind, because a worker may be changing the record's.
+  // The order matters: a thread that sees a message taken also sees its callback execute. The kind
+  // is that of the entity, because a worker may be changing the record's.
   const bool is_timer = record.entity->kind() == EntityKind::timer;
   const bool has_input = !is_timer && record.entity->ready_count() != 0;
   const bool is_ready = has_input || record.state.state() != RecordState::idle ||
@@ -40,7 +40,7 @@ std::size_t Observation::pending() const noexcept {
 
 CallbackStatistics Observation::statistics_of(const CallbackRecord& record) const {
   const bool is_removed = record.state.is_removed();
-  // What waits for its trigger, or for a callback that was removed, is not lost.
+  // A message that waits for a trigger, or for a callback that was removed, is not lost.
   const bool may_wait = rule_ != nullptr && rule_->may_hold_for_ever();
   Entity::Counts counts = record.entity_counts(record.state.is_detached(), may_wait || is_removed);
   if (record.entity->kind() == EntityKind::timer && !is_removed) {
@@ -68,8 +68,9 @@ std::vector<CallbackStatistics> Observation::statistics() const {
   return past.with(std::move(present));
 }
 
-// Runs on the watchdog's thread. The handler runs without the mutex, and may destroy this: that of
-// a node under `isolated` which removes the node did, and its mutex was locked afterwards.
+// Runs on the watchdog's thread. The handler runs without the mutex and may destroy this object
+// (under `isolated`, a handler that removes its own node does), so nothing of it is used
+// afterwards.
 std::optional<TimePoint> Observation::report_miss(TimePoint now) noexcept {
   Supervision::Miss miss;
   {

@@ -31,9 +31,9 @@ class Observation final : private Watchdog::Watched {
 
   Watchdog* watchdog() const noexcept { return options_.watchdog.get(); }
   bool records_times() const noexcept { return options_.statistics == StatisticsLevel::full; }
-  /// What waits for the rule to open may wait for ever, or does not.
+  /// Whether the rule is closed, perhaps for ever: then ready callbacks are not pending.
   void set_closed(bool closed) noexcept { is_closed_.store(closed); }
-  /// Of each worker since the last spin(); none before. For the threads of the spin.
+  /// The statistics of each worker of the last spin(); none before. For the threads of the spin.
   std::vector<ThreadStatistics>& threads() noexcept { return threads_; }
 
   // ---- Any thread ----
@@ -41,11 +41,11 @@ class Observation final : private Watchdog::Watched {
   void release_timers(bool released) noexcept {
     timers_held_.store(released ? TimePoint{} : options_.clock->now());
   }
-  /// How many are ready or running.
+  /// How many callbacks are ready or running.
   std::size_t pending() const noexcept;
-  /// Also of those that were removed.
+  /// Removed callbacks included.
   std::vector<CallbackStatistics> statistics() const;
-  // As Executor. Traces have what spin_some and the like ran, too.
+  // As Executor. Traces include the executions of spin_some and its like.
   std::vector<ThreadStatistics> thread_statistics(const Workers& workers) const;
   void begin_trace(Workers& workers, std::size_t events);
   void end_trace(Workers& workers) noexcept;
@@ -55,7 +55,7 @@ class Observation final : private Watchdog::Watched {
 
   // ---- With the mutex of the lists ----
 
-  /// It was removed.
+  /// Keeps the statistics of a removed callback, and its name for traces.
   void remember(const CallbackRecord& record) TAKT_REQUIRES(lists_.mutex);
   /// Later calls of `remember` do nothing.
   void end() noexcept TAKT_REQUIRES(lists_.mutex) { has_ended_ = true; }
@@ -72,9 +72,9 @@ class Observation final : private Watchdog::Watched {
   std::atomic<bool> is_closed_{false};    // by the rule, perhaps for ever
   std::atomic<TimePoint> timers_held_{};  // since when; {}: they are not
   std::vector<ThreadStatistics> threads_;
-  PastStatistics past_ TAKT_GUARDED_BY(lists_.mutex);                  // of removed callbacks
-  bool is_traced_ TAKT_GUARDED_BY(lists_.mutex);                       // or was
-  std::map<CallbackId, Traced> traced_ TAKT_GUARDED_BY(lists_.mutex);  // of these, too
+  PastStatistics past_ TAKT_GUARDED_BY(lists_.mutex);  // of removed callbacks
+  bool is_traced_ TAKT_GUARDED_BY(lists_.mutex);       // whether a trace was ever begun
+  std::map<CallbackId, Traced> traced_ TAKT_GUARDED_BY(lists_.mutex);  // removed ones, for traces
   bool has_ended_ TAKT_GUARDED_BY(lists_.mutex) = false;
 };
 

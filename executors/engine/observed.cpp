@@ -113,8 +113,8 @@ bool Observed::must_be_checked(const CallbackSettings& with) const noexcept {
          entity->execution_watch() != nullptr;
 }
 
-// The watchdog may have looked while the deadline moved from the release to the execution, so it is
-// expected again.
+// The watchdog may have looked, and found nothing, while the deadline moved from the release to the
+// execution: so it is notified again.
 bool Observed::watch_execution(std::size_t worker, Watchdog* watchdog) noexcept {
   const TimePoint deadline = supervision->begin(worker).deadline.load();
   if (watchdog != nullptr && deadline != kNever) watchdog->expect(deadline);
@@ -181,7 +181,7 @@ bool Supervision::find_miss(const std::shared_ptr<Supervision>& supervision, Ove
   const auto has_missed = [&](Watch& watch) {
     TimePoint deadline = watch.deadline.load();
     miss.next = std::min(miss.next, deadline > now ? deadline : kNever);
-    // If this fails, the execution has just ended; if it has begun again, the watchdog expects it.
+    // If this fails, the execution has just ended; a next one has notified the watchdog again.
     if (deadline > now || !watch.deadline.compare_exchange_strong(deadline, kNever)) return false;
     const std::uint64_t chain_instance = watch.chain_instance.load();
     if (chain_instance != 0 && overrun == OverrunPolicy::abort) {
@@ -213,7 +213,7 @@ void Supervision::report(const Miss& miss) noexcept {
 Entity::Counts Observed::entity_counts(bool has_ended, bool all_is_served) const noexcept {
   Entity::Counts since = has_ended ? counted_in_the_end : counts_of(*entity, all_is_served);
   const auto subtract = [](std::uint64_t& from, std::uint64_t before) noexcept {
-    from -= std::min(from, before);  // of a node that is not active, fewer may be expected now
+    from -= std::min(from, before);  // a node that is not active may expect fewer by now
   };
   subtract(since.expected, counted_before.expected);
   subtract(since.from_outside, counted_before.from_outside);
@@ -254,8 +254,8 @@ CallbackStatistics Observed::statistics(const Entity::Counts& counted) const {
   return statistics;
 }
 
-// The releases of a timer that were due when timers were held, and that nobody has taken: of one
-// that others keep from running all the time no execution tells.
+// The releases of a timer that were due when timers were held, and that nobody has taken. A timer
+// that starves has no execution that would count them.
 std::uint64_t releases_left(const Entity& timer, TimePoint held) noexcept {
   const TimePoint due = timer.next_release().value_or(kNever);
   return due > held ? 0 : static_cast<std::uint64_t>((held - due) / timer.period()) + 1;

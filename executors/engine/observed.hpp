@@ -24,8 +24,8 @@ struct CallbackSettings {
   CallbackInfo info;
   OverrunPolicy overrun = OverrunPolicy::catch_up;
   Serving serving = Serving::usual;
-  std::uint32_t releases = 1;        // of a timer that may wait
-  std::uint64_t label = 0;           // what the executor's rule has said of it
+  std::uint32_t releases = 1;        // of a timer: how many may wait
+  std::uint64_t label = 0;           // the one that the executor's rule gave it
   WorkerSet workers = ~WorkerSet{};  // that may take it
 
   /// What schedulers see, unless an overrun has demoted it.
@@ -33,39 +33,39 @@ struct CallbackSettings {
   friend bool operator==(const CallbackSettings&, const CallbackSettings&) = default;
 };
 
-/// What a thread has used so far, or for one execution.
+/// The resources that a thread has used so far, or for one execution.
 struct ThreadUsage {
   Nanoseconds cpu_time{0};
-  std::int64_t waits = 0;  // how often it gave up the CPU by itself; not where it was preempted
+  std::int64_t waits = 0;  // voluntary context switches: a lock, a sleep; not preemption
   ThreadUsage operator-(const ThreadUsage& before) const noexcept {
     return {cpu_time - before.cpu_time, waits - before.waits};
   }
-  /// Of the calling thread. Read before a traced execution begins and after it has ended, as that
-  /// takes longer than many a callback.
+  /// The usage of the calling thread. Read outside the measured time of a traced execution, because
+  /// reading takes longer than many a callback.
   [[gnu::cold, gnu::noinline]] static ThreadUsage now() noexcept;
 };
 
 /// Of one execution.
 struct ExecutionTimes {
   TimePoint picked, start, end;
-  bool are_read = false;   // otherwise all are the time of the pick
-  bool is_traced = false;  // the thread recorded when the execution began
+  bool are_read = false;   // false: all three are the time of the pick
+  bool is_traced = false;  // its thread was recording a trace when it began
   ThreadUsage used = {};
   std::uint64_t allocations = 0;
 };
 
-/// What the overrun handlers of a callback need; it outlives what is observed while they run. Names
-/// and handlers never change.
+/// What the overrun handlers of a callback need. Shared, because a running handler may outlive the
+/// callback. Names and handlers never change.
 struct Supervision {
   /// A deadline that the watchdog reports when it passes: one for the waiting release, one for each
   /// execution.
   struct Watch {
-    /// Whether a miss has to be reported, here or by the watchdog, which then clears the deadline.
-    /// Only the worker uses it.
+    /// Whether the watchdog watches the deadline, too: the thread that clears it reports the miss.
+    /// Only the worker uses this flag.
     bool is_watched = false;
     std::atomic<TimePoint> deadline{kNever};
-    std::atomic<std::uint64_t> chain_instance{0};  // the running one
-    Nanoseconds used_before{0};                    // processor time of the thread, if it is watched
+    std::atomic<std::uint64_t> chain_instance{0};  // of the running execution
+    Nanoseconds used_before{0};  // CPU time of the thread at the start, if it is watched
   };
   explicit Supervision(std::size_t workers) : running(workers) {}
 
@@ -76,14 +76,14 @@ struct Supervision {
     running[worker].deadline.store(waiting.deadline.exchange(kNever));
     return running[worker];
   }
-  /// The release that became ready then waits. The same.
+  /// A release has become ready, and waits to be picked. Under the dispatch lock, too.
   void wait(TimePoint until, Watchdog& watchdog) noexcept {
     waiting.is_watched = true;
     waiting.deadline.store(until);
     watchdog.expect(until);
   }
 
-  /// What waits is dropped: nobody reports it. The same.
+  /// The waiting release is dropped, and its miss not reported. Under the dispatch lock, too.
   void forget_waiting() noexcept {
     waiting.is_watched = false;
     waiting.deadline.store(kNever);
@@ -94,7 +94,7 @@ struct Supervision {
     std::shared_ptr<Supervision> late;  // nullptr: there is none
     TimePoint missed = kNever, next = kNever;
   };
-  /// Clears a deadline that has passed. Returns true if it has a handler.
+  /// Clears a deadline that has passed. Returns true if there is a handler to call.
   static bool find_miss(const std::shared_ptr<Supervision>& supervision, OverrunPolicy overrun,
                         TimePoint now, Miss& miss) noexcept;
   /// On the watchdog's thread, without a lock.
@@ -106,7 +106,7 @@ struct Supervision {
   std::vector<Watch> running;  // one for each worker
 };
 
-/// What else dispatches count of a callback.
+/// The counters of a callback that each dispatch may write.
 struct DispatchCounts {
   Counter<> executions;
   Counter<> with_period, late, too_late, deadline_misses, overruns;
@@ -114,11 +114,11 @@ struct DispatchCounts {
   Counter<> allocations;
 };
 
-/// Fields without a comment never change, or are serialised by the executor, as all methods are but
-/// those that say otherwise.
-/// Real-time: what is cold or allocates says so.
+/// Fields without a comment never change, or are serialised by the executor; so are methods, unless
+/// they say otherwise.
+/// Real-time: methods that allocate say so, and those off the hot path are marked cold.
 struct Observed {
-  /// For so many workers. Allocates.
+  /// `workers`: how many the executor has. Allocates.
   Observed(std::shared_ptr<Entity> of, const Node& its_node, const CallbackParameters& parameters,
            std::size_t workers, bool records_times);
 
@@ -126,39 +126,39 @@ struct Observed {
   std::shared_ptr<CallbackGroup> group;
   CallbackSettings settings;
   bool is_demoted = false;
-  bool is_checked = false;  // after each execution; otherwise it has no deadline and is not demoted
+  bool is_checked = false;  // it has limits, checked after each execution; else it is never demoted
   std::shared_ptr<Supervision> supervision;
   std::string node;
-  // Where statistics are full; the second one of what takes messages. Control threads copy them.
+  // At statistics `full`; the second one if it takes messages. Control threads copy them.
   std::unique_ptr<SetAside<CallbackTimes>> times;
   std::unique_ptr<SetAside<MessageTimes>> message_times;
 
-  // What the entity had counted when its former executors gave it back, and when this one did.
+  // The entity's counts when its last executor before this one gave it back, and when this one did.
   Entity::Counts counted_before, counted_in_the_end;
   Counter<> dropped_by_mode;  // not with the others, which fill a cache line
 
-  // Dispatches write what follows, too: no publisher reads it.
+  // Dispatches write the fields below, too: no publisher reads them.
   alignas(64) DispatchCounts counts;
-  std::atomic<std::uint64_t> lost_before{0};  // what the entity had lost when last traced
+  std::atomic<std::uint64_t> lost_before{0};  // the entity's lost count at its last trace event
 
   CallbackId id() const noexcept { return settings.info.id; }
   bool is_dropped() const noexcept { return settings.serving == Serving::dropped; }
   bool is_timer() const noexcept { return settings.info.kind == EntityKind::timer; }
-  /// The deadline of what became ready at that time.
+  /// The deadline of a message or release that became ready at that time.
   TimePoint deadline_of(TimePoint ready) const noexcept {
     const Nanoseconds relative = settings.info.deadline;
     return relative == Nanoseconds::zero() ? kNever : later(ready, relative);
   }
   /// Whether each execution has limits to keep, or is measured as part of a chain.
   bool must_be_checked(const CallbackSettings& with) const noexcept;
-  /// Its entity belongs to this executor now: what it has counted before is not ours.
+  /// This executor has the entity from now on: what it counted before is subtracted.
   void begin_counting() noexcept;
-  /// It no longer does.
+  /// The entity has left this executor: its counts are final.
   void end_counting() noexcept;
   /// The first traced execution does not count what the entity lost before it.
   void begin_trace() noexcept { lost_before.store(entity->lost()); }
 
-  /// Of what was taken.
+  /// The context in which the callback runs with the input that was taken.
   Dispatch dispatch(const Slot& slot, const CallbackInfo* info, StagedOutputs* outputs,
                     const Exclusion* exclusion) const noexcept {
     const bool is_root = slot.chain_instance == 0;
@@ -169,15 +169,15 @@ struct Observed {
             outputs,
             exclusion};
   }
-  /// With the lock held: the callback was picked, and has limits to keep. Returns whether what it
-  /// takes is to be dropped.
+  /// With the lock held: the callback was picked, and has limits to keep. Returns true if its input
+  /// must be dropped.
   [[gnu::cold, gnu::noinline]] bool watch_execution(std::size_t worker,
                                                     Watchdog* watchdog) noexcept;
-  /// Without it: the callback begins.
+  /// Without the lock: the callback begins.
   [[gnu::cold, gnu::noinline]] void begin_checked(std::size_t worker,
                                                   const Dispatch& dispatch) noexcept;
-  /// Without it: evaluates the end of an execution by its deadline and budget, the next release,
-  /// and its chains. Throws what the user's handlers throw.
+  /// Without the lock: evaluates the end of an execution by its deadline and budget, the next
+  /// release, and its chains. Throws what the user's handlers throw.
   [[gnu::cold, gnu::noinline]] void check_limits(DispatchLock& lock, std::size_t worker,
                                                  const Slot& slot, const Dispatch& dispatch,
                                                  const ExecutionTimes& times);
@@ -185,15 +185,15 @@ struct Observed {
   [[gnu::cold, gnu::noinline]] void trace(TraceRing& ring, const Slot& slot,
                                           const ExecutionTimes& times) noexcept;
 
-  /// What the entity has counted since this executor has it. `all_is_served`: messages that still
-  /// wait are not expected.
+  /// The entity's counts since this executor got it. `all_is_served`: messages that still wait are
+  /// not expected.
   Entity::Counts entity_counts(bool has_ended, bool all_is_served) const noexcept;
   /// On a control thread: a worker may be changing the settings, so they are not read. Allocates.
   CallbackStatistics statistics(const Entity::Counts& counted) const;
 };
 
-/// The releases of a timer that were due when timers were held, and that nobody has taken: of one
-/// that others keep from running all the time no execution tells.
+/// The releases of a timer that were due when timers were held, and that nobody has taken. A timer
+/// that starves has no execution that would count them.
 std::uint64_t releases_left(const Entity& timer, TimePoint held) noexcept;
 
 // Limit: removed callbacks that an executor names in its trace. At it: the others are "(removed)".

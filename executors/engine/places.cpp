@@ -40,7 +40,7 @@ void Places::watch(CallbackRecord& record) {
         is_auto ? "add the first one before the first spin, or choose `wait: epoll`"
                 : "choose `wait: epoll`, or leave it out");
   }
-  // Everywhere: which workers may take it can change, and any of them may be busy.
+  // In every place: the workers that may take the callback can change, and any of them may be busy.
   for (Place& place : places_) place.backend->watch(watch);
   record.is_watched = true;
   watched_.fetch_add(1);

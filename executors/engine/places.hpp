@@ -15,21 +15,22 @@
 
 namespace takt::detail {
 
-/// Workers that nothing tells apart sleep in one place, a wait back end; with a workers' policy
-/// each has its own. File descriptors are watched there, too. Thread safety: as the sections say.
-/// Real-time: only the first section allocates.
+/// Workers that can replace each other sleep in one place, a wait back end; with a workers' policy
+/// each worker has a place of its own. Each place also watches the file descriptors. Thread safety:
+/// as the sections say. Real-time: only the first section allocates.
 class Places {
  public:
   Places(const ExecutorOptions& options, std::size_t workers, bool are_told_apart);
 
   // ---- Control threads ----
 
-  /// From the first spin on, which chooses where the options leave that open.
+  /// Whether the back ends exist: from construction on if the options name one, else from the first
+  /// spin on.
   bool are_chosen() const noexcept { return places_.front().backend != nullptr; }
   void choose(bool has_file_descriptors);
   void prepare();
   void forget() noexcept;
-  /// From here on, if it has a file descriptor, and the back ends are chosen.
+  /// Watches the record's file descriptor, if it has one and the back ends are chosen.
   void watch(CallbackRecord& record);
   void unwatch(CallbackRecord& record) noexcept;
 
@@ -43,7 +44,7 @@ class Places {
   bool watch_file_descriptors() const noexcept {
     return watched_.load(std::memory_order_relaxed) != 0;
   }
-  /// Announces what is ready there. Returns true if there was something.
+  /// Polls the file descriptors and announces the ready ones. Returns true if there was one.
   [[gnu::noinline]] bool look() noexcept;
 
   // ---- Any thread ----

@@ -35,7 +35,7 @@ std::optional<std::size_t> ReadySet::worker_for_next() noexcept {
   return selection_.worker_for(static_cast<CallbackRecord&>(*first));
 }
 
-// What is next in the order, or nothing: what comes after it does not overtake it.
+// Only the next callback of the order may begin: a later one does not overtake it.
 CallbackRecord* ReadySet::next_to_interrupt(const Limits& limits) noexcept {
   while (CallbackRecord* const record = pick(limits)) {
     if (selection_.worker_for(*record) != limits.worker) {
@@ -132,7 +132,7 @@ void ReadySet::discard_removed() noexcept {
   }
 }
 
-// Keeps what remains, in the memory that the update has brought, if that is more.
+// Keeps the entries that remain; moves them into the update's memory, if that is larger.
 void ReadySet::exchange_next_snapshot(ScheduleUpdate& update) noexcept {
   const std::span before(next_snapshot_.data(), std::exchange(in_next_snapshot_, 0));
   for (ReadyCallback* callback : before) {
@@ -184,7 +184,7 @@ void ReadySet::drain_inbox() noexcept {
 }
 
 void ReadySet::release_due_timers() noexcept {
-  if (!exact_time()) timers_.look_at_clock();  // even if held: it restarts the count to the next
+  if (!exact_time()) timers_.look_at_clock();  // even if timers are held: it restarts the count
   if (timers_.timers_are_held()) return;
   TimePoint due;
   while (CallbackRecord* const record = timers_.take_due(due)) {

@@ -35,8 +35,9 @@ class ReadySet {
  public:
   /// `exact_time`: the clock is read after every callback, to report to the scheduler how long it
   /// ran. Otherwise only to look for due timers: when nothing else is ready, and about every two
-  /// microseconds, see TimerQueue. `keeps_history`: the scheduler must not be asked in vain.
-  /// `rule`, `policy`: not each of the workers may take each callback at any time.
+  /// microseconds, see TimerQueue. `keeps_history`: a pop changes the scheduler's later choices, so
+  /// has_another must not try one. `rule`, `policy`: limit when, and by which worker, a callback
+  /// may be taken; nullptr: there is none.
   ReadySet(Readiness readiness, Clock& clock, bool exact_time, bool keeps_history, const Rule* rule,
            const WorkersPolicy* policy, std::size_t workers, Watchdog* watchdog)
       : readiness_(readiness),
@@ -61,15 +62,15 @@ class ReadySet {
     inbox_.push(record);
     return !selection_.is_logical();
   }
-  /// The worker itself, in a callback, serialised: an entity became ready.
+  /// The same on the only worker, in a callback: it needs no inbox.
   void announce_from_worker(CallbackRecord& record, const Arrival& arrival) noexcept {
     if (record.state.make_ready(record.is_announced)) enqueue(record, arrival);
   }
-  /// Something for which a worker has to wake up.
+  /// Whether there are announcements for which a worker has to wake up.
   bool has_announcements() const noexcept { return !selection_.is_logical() && !inbox_.empty(); }
   Selection& selection() noexcept { return selection_; }
 
-  /// Installs the update and leaves in it what it replaces.
+  /// Installs the update, and leaves in it the objects that it replaces.
   void install(ScheduleUpdate& update) noexcept;
   /// Takes removed records out of the inbox. Nobody announces them any more.
   void discard_removed() noexcept;
@@ -78,17 +79,17 @@ class ReadySet {
   struct Limits {
     std::uint64_t last_sequence = UINT64_MAX;    // events: run nothing that arrived later
     bool may_poll = true;                        // look for new announcements and due timers
-    std::size_t worker = Selection::kAnyWorker;  // who asks, if a policy tells workers apart
+    std::size_t worker = Selection::kAnyWorker;  // the asking one, if a policy tells workers apart
   };
   /// The callback to run next, or nullptr. Its execution has begun, and ends with `finished`.
   CallbackRecord* next(const Limits& limits) noexcept;
-  /// The first step of that, for a caller that takes several before it executes them: it asks for
-  /// no group, and the record is still ready.
+  /// The first step of `next`, for a caller that takes several callbacks before it executes them:
+  /// the groups are not asked, and the record stays ready.
   CallbackRecord* pick(const Limits& limits) noexcept;
-  /// Where workers interrupt each other: the one that may begin what is next in the order.
+  /// Where workers interrupt each other: the worker that may begin the next callback of the order.
   std::optional<std::size_t> worker_for_next() noexcept;
-  /// Whether another worker would find a callback to run now. What is ready in busy groups is
-  /// parked, as that worker would do.
+  /// Whether another worker would find a callback to run now. Parks the ready callbacks of busy
+  /// groups, as that worker would do.
   [[gnu::noinline]] bool has_another() noexcept;
   /// Takes a snapshot, unless the last one is unfinished.
   void take_snapshot() noexcept {
@@ -105,13 +106,14 @@ class ReadySet {
   void taken(CallbackRecord& record, bool more) noexcept {
     if (!record.state.is_removed()) settle(record, more, 0);
   }
-  /// After execute, if the time is exact. `as_picked`: as the record was when it was picked.
+  /// After execute, if exact_time(). `as_picked`: a copy of the record from when it was picked.
   void report_execution(const CallbackRecord& record, const ReadyCallback& as_picked,
                         Nanoseconds execution_time) noexcept {
-    // A scheduler that was installed since does not know the callback.
+    // The update that removed the callback may have brought a scheduler that does not know it.
     if (!record.state.is_removed()) scheduler_->done(as_picked, execution_time);
   }
-  /// After that. `more`: as take has reported. The caller's last access to a removed record.
+  /// The last step of an execution. `more`: as take has reported. A removed record may be freed
+  /// then: the caller must not use it any more.
   void finished(CallbackRecord& record, bool more) noexcept;
 
   /// Gives back what `next` has put aside because of Limits::last_sequence.
@@ -120,7 +122,7 @@ class ReadySet {
   [[gnu::noinline]] void restore(ReadyCallback* first) noexcept;
 
   bool is_wait_set() const noexcept { return readiness_ == Readiness::wait_set; }
-  /// When the first timer is due, kNever when there is none; or when the rule must look before.
+  /// When the first timer is due, or when the rule must look if that is earlier; kNever: neither.
   TimePoint next_release() const noexcept {
     if (selection_.is_needed()) [[unlikely]]
       return selection_.release_or_opening(timers_.next_release(), waiting_ != 0);
@@ -149,16 +151,16 @@ class ReadySet {
   void exchange_next_snapshot(ScheduleUpdate& update) noexcept;
 
   const Readiness readiness_;
-  // Without polling points, what arrives now belongs to the window after the one that is being
-  // served: so under `ros` no callback overtakes for ever.
+  // Without polling points, a callback that arrives now belongs to the window after the one that is
+  // being served: so none starves under `ros`.
   const std::uint64_t windows_ahead_;
   Watchdog* const watchdog_;
   const bool keeps_history_;
   std::atomic<bool> exact_time_;  // written at a dispatch point
   std::unique_ptr<Scheduler> scheduler_;
   Selection selection_;
-  // Wait sets: what has become ready since the polling point. An array, as a list would write into
-  // records that another worker has.
+  // Wait sets: what has become ready since the polling point. An array, because the links of a list
+  // would be written into cache lines of records that another worker has.
   std::vector<ReadyCallback*> next_snapshot_;
 
   // Each dispatch writes these: one cache line.
@@ -173,7 +175,7 @@ class ReadySet {
 
 // ---- The hot path: inline, so that a worker's dispatch is one function ----
 
-// Puts it back into the scheduler, with its old order of arrival.
+// Gives the scheduler a callback back, with its old order of arrival.
 inline void ReadySet::hand_back(ReadyCallback* callback) noexcept {
   ++waiting_;
   if (selection_.counts()) [[unlikely]]
@@ -201,7 +203,7 @@ inline void ReadySet::add_to_next_snapshot(ReadyCallback& callback) noexcept {
   next_snapshot_[in_next_snapshot_++] = &callback;
 }
 
-// A worker has found it ready. Its arrival is that of what it takes next.
+// A worker has found the record ready. `arrival`: of the input that it takes next.
 inline void ReadySet::enqueue(CallbackRecord& record, const Arrival& arrival) noexcept {
   if (is_wait_set()) {
     if (!inbox_.empty()) drain_inbox();  // they came before

@@ -99,9 +99,9 @@ void CallbackRecord::remove_unpublished() noexcept {
 }
 
 // A callback that removes itself does not wait: the removal is complete when it returns. Of
-// callbacks that remove each other, one must not wait. A thread that waits inside a callback may be
-// the only one that can install an update for which another thread waits: one of its own executor,
-// or of the executor of an outer callback.
+// callbacks that remove each other, one must not wait, or none could return. While a thread waits
+// inside a callback, it may be the only one that can install an update for which another thread
+// waits: an update of its own executor, or of the executor of an outer callback.
 bool CallbackRecord::wait_until_over(Nanoseconds at_most) const noexcept {
   if (state.is_over()) return true;
   const WaitInCallback wait(this, [](const void* record, const CallbackInfo* callback) {

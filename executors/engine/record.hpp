@@ -27,8 +27,9 @@ namespace takt::detail {
 class Callbacks;
 class Dispatcher;
 
-/// What each dispatch of a callback writes: one cache line, as another worker may have had it last,
-/// which nothing shares that publishers read. Serialised by the executor, but for the state.
+/// The fields that each dispatch of a callback writes, in one cache line, as another worker may
+/// have had it last. Publishers read none of it (no false sharing). Serialised by the executor, but
+/// for the state.
 struct alignas(64) DispatchState : ReadyCallback {
   RecordState state;
 };
@@ -44,7 +45,7 @@ struct CallbackRecord final : DispatchState, Observed, Sink {
   Callbacks& callbacks;
   std::shared_ptr<Exclusion> exclusion;  // shared by the group
   CallbackInfo demoted_info;             // as settings.info, but less urgent than all others
-  bool takes_briefly = false;            // as its entity says
+  bool takes_briefly = false;            // Entity::takes_briefly
   // Guarded by the mutex of the lists.
   CallbackSettings wanted;      // from the next update on
   bool is_handed_over = false;  // to the ready set, by an update
@@ -52,8 +53,8 @@ struct CallbackRecord final : DispatchState, Observed, Sink {
 
   std::atomic<bool> is_held{false};  // by the rule, perhaps for ever
 
-  // Publishers read the mark, and the one that sets it writes the rest: a cache line that the
-  // worker does not write each time.
+  // Publishers read the mark, and the publisher that sets it writes the rest: a cache line of its
+  // own, which dispatches seldom write.
   alignas(64) RecordState::Mark is_announced{false};
   Arrival announced{};
   CallbackRecord* inbox_next = nullptr;
@@ -65,10 +66,10 @@ struct CallbackRecord final : DispatchState, Observed, Sink {
     ready_time = arrival.ready_time;
     root_ready_time = arrival.root_time != TimePoint{} ? arrival.root_time : arrival.ready_time;
   }
-  /// It must be in no scheduler.
+  /// Applies the settings. The record must be in no scheduler.
   void set(const CallbackSettings& settings) noexcept;
-  /// What schedulers see of it: again after it was or was no longer demoted, and for each release
-  /// with a deadline.
+  /// Sets the urgency and deadline that schedulers see: again when the callback is demoted or no
+  /// longer so, and for each release with a deadline.
   void set_urgency() noexcept;
   // As a sink.
   void announce(const Arrival& arrival) noexcept override;
@@ -83,19 +84,20 @@ struct CallbackRecord final : DispatchState, Observed, Sink {
 
   // The end of its life.
 
-  /// It has lost one of what keeps it in the ready set, if it is removed: the lists that an update
-  /// replaces, an execution, or the inbox. The caller's last access then.
+  /// A removed record has left one place of the ready set: the lists that an update replaces, an
+  /// execution, or the inbox. Leaving the last one drops the ready set's reference, so the caller
+  /// must not use the record afterwards.
   void leave() noexcept;
-  /// It was never handed over: nothing of the ready set has it.
+  /// For a record that was never handed over: the ready set does not know it.
   void remove_unpublished() noexcept;
-  /// Waits until it is removed, and no execution is left; but see the source. False: it has not
-  /// come to that in this time.
+  /// Waits until the record is removed and no execution is left, except where that would be a
+  /// deadlock (see the source). False: `at_most` has passed before.
   bool wait_until_over(Nanoseconds at_most = Nanoseconds::max()) const noexcept;
   /// The first thread detaches the entity, the others wait for that.
   void detach() noexcept;
   /// True: no thread uses the record, and none begins to wait for it any more.
   bool may_be_freed() noexcept;
-  /// The entity is free. With ownership_mutex held.
+  /// Makes this record the owner of its entity, which must be free. With ownership_mutex held.
   void own_entity() noexcept;
   /// With ownership_mutex held.
   void forget_earlier_owner() noexcept { entity->forget_earlier_owner(*this); }
@@ -107,10 +109,10 @@ struct CallbackRecord final : DispatchState, Observed, Sink {
   bool is_reentrant() const noexcept { return exclusion->is_reentrant(); }
 };
 
-using CallbackRecords = std::map<CallbackId, std::unique_ptr<CallbackRecord>>;  // as registered
+using CallbackRecords = std::map<CallbackId, std::unique_ptr<CallbackRecord>>;  // by registration
 using RemovedRecords = std::vector<std::unique_ptr<CallbackRecord>>;
 
-/// Those that an executor has, and those that it had until nothing refers to them.
+/// The records of an executor, and removed ones until nothing refers to them.
 struct CallbackLists {
   mutable RankedMutex<LockRank::callback_lists> mutex;  // guards all below
   CallbackRecords records TAKT_GUARDED_BY(mutex);
@@ -120,7 +122,7 @@ struct CallbackLists {
 
 /// What a worker knows of a callback from when it has picked it until it has run.
 struct Execution {
-  /// `has_times`: when it begins and ends is read, and said to the scheduler and the rule.
+  /// `has_times`: its begin and end are measured, and reported to the scheduler and the rule.
   Execution(CallbackRecord& picked, bool has_times)
       : record(&picked), info(picked.info), is_checked(picked.is_checked) {
     slot.sequence = picked.sequence;
@@ -131,7 +133,7 @@ struct Execution {
     std::uint64_t label;  // of the rule
   };
   CallbackRecord* record;
-  const CallbackInfo* info;  // it and what follows as it was picked
+  const CallbackInfo* info;  // this and the fields below: as it was picked
   std::optional<AsPicked> as_picked;
   bool is_checked;
   bool is_dropped = false;  // set only where it is checked

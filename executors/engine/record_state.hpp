@@ -1,4 +1,4 @@
-// The life of a record: one word that says where it is, and one count of what needs it.
+// The life of a record: one word that holds its state, and one reference count.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_ENGINE_RECORD_STATE_HPP_
 #define TAKT_EXECUTORS_ENGINE_RECORD_STATE_HPP_
@@ -18,20 +18,21 @@ namespace takt::detail {
 /// - parked → ready      unpark(): its group is free, and it is the first
 /// - ready → running     begin(): a worker has picked it; one execution more
 /// - running → ready     settle(): there is more to take
-/// - running → idle      settle(): there is not
+/// - running → idle      settle(): there is nothing more
 /// - any → the same, removed   remove(): the update without it is installed
 ///
 /// Any other transition ends the process. A record is `running` until it is settled: in a reentrant
 /// group when its input is taken, otherwise when its callback has returned. So a reentrant group's
 /// record may be idle, or ready again, while some executions of it have not ended.
 ///
-/// It is `announced` from when another thread has announced it until that is answered, and in the
-/// inbox for the first part of that time. A thread that announces has made the level rise, and then
-/// looks at the mark; settling clears the mark, and then looks at the level. Both are sequentially
-/// consistent, so one of the two sees the other (as in Dekker's algorithm). The mark lies in a
-/// cache line that no dispatch writes, so an announcement to a busy callback costs one load; and as
-/// all else is written by the executor alone, a worker's own announcements cost no atomic
-/// operation. "Again": the worker has announced it while it was running.
+/// The mark says that another thread has announced the record, until settling clears it; for the
+/// first part of that time the record is in the inbox. A thread that announces has first raised the
+/// level (the entity has input), then reads the mark; settling first clears the mark, then reads
+/// the level. Both are sequentially consistent, so one of the two sees the other (as in Dekker's
+/// algorithm). Dispatches write the cache line of the mark only to clear it, so an announcement to
+/// a busy callback costs one load; and as all else is written by the executor alone, a worker's own
+/// announcements cost no atomic operation. "Again": the worker has announced the record while it
+/// was running.
 ///
 /// A record that is removed is announced by nobody, and is in no scheduler; the inbox skips it. Its
 /// remover waits until it `is_over`: no execution is left. Then one thread detaches it.
@@ -61,7 +62,7 @@ class RecordState {
 
   // ---- Serialised: at a dispatch point ----
 
-  /// False: it is in the inbox, or not idle: then what it was announced for will be seen.
+  /// False: the record is in the inbox, or not idle: its input is seen later.
   bool make_ready(const Mark& mark) noexcept {
     const std::uint32_t word = own();
     const std::uint32_t state = word & (kStates | kRemoved);
@@ -72,21 +73,21 @@ class RecordState {
     if (state == running) write(word | kAgain);
     return false;
   }
-  /// It was in the inbox. False: it is not idle, and settling answers.
+  /// The record was in the inbox. False: it is not idle; settling will read the level.
   bool drain() noexcept {
     const std::uint32_t word = own() | kDrained;
     const bool is_idle = (word & kStates) == idle;
     write(is_idle ? word + ready : word);
     return is_idle;
   }
-  /// The same for a timer, whose release time is read afterwards: a thread that changes it later
-  /// announces it again. It must be set now if it is idle; otherwise when it is settled.
+  /// The same for a timer. The caller reads its release time afterwards, so a thread that changes
+  /// that later announces it again. An idle timer is armed now, any other when it is settled.
   static void set_again(Mark& mark) noexcept { mark.store(false); }
   void park() noexcept { change(ready, parked); }
   void unpark() noexcept { change(parked, ready); }
   void begin() noexcept { write(expect(ready) - ready + running + kExecution); }
   /// `more`: there was more when the input was taken. `level`: whether there is more now. `ended`:
-  /// of how many executions this is the end, 1 or 0. Returns true if it goes to the scheduler.
+  /// how many executions end here, 0 or 1. Returns true if the record goes to the scheduler.
   template <class Level>
   bool settle(Mark& mark, bool more, std::uint32_t ended, Level&& level) noexcept {
     std::uint32_t word = expect(running) - ended * kExecution;
@@ -99,7 +100,7 @@ class RecordState {
     write((word & ~(kStates | kAgain)) + (more ? ready : idle));
     return more;
   }
-  /// An execution of what was settled before, or is removed.
+  /// An execution ends whose record is settled already (reentrant groups), or removed.
   void end_execution() noexcept {
     if (is_removed()) {
       word_.fetch_sub(kExecution);  // threads that wait for its end write, too
@@ -107,7 +108,7 @@ class RecordState {
       write(own() - kExecution);
     }
   }
-  /// From here on nobody announces it: the mark stays.
+  /// Leaves the mark set for ever, so that nobody announces the record any more.
   void remove(Mark& mark) noexcept {
     if (is_removed()) return;
     const bool is_in_inbox = mark.exchange(true) && (own() & kDrained) == 0;
@@ -115,12 +116,12 @@ class RecordState {
   }
   /// A removed record was taken from the inbox.
   void discard() noexcept { word_.fetch_sub(kInInbox); }
-  /// Nothing of the ready set has it any more.
+  /// No part of the ready set refers to it any more.
   bool has_left() const noexcept { return is_over() && (word_.load() & kInInbox) == 0; }
 
   // ---- Threads that wait for its end ----
 
-  /// True: the caller detaches its entity, and then calls the next function.
+  /// True: the caller detaches the entity, and then calls set_detached.
   bool begin_to_detach() noexcept { return (word_.fetch_or(kDetaching) & kDetaching) == 0; }
   void set_detached() noexcept {
     word_.fetch_or(kDetached);
@@ -150,14 +151,14 @@ class RecordState {
     return word;
   }
   void change(State from, State to) noexcept { write(expect(from) - from + to); }
-  // Release: pairs with the loads of observers. What is taken next is taken by an atomic operation,
-  // so a thread that sees that it was taken sees that the callback executes.
+  // Release: pairs with the loads of observers. The input is taken later, by an atomic operation: a
+  // thread that sees it taken also sees the callback execute.
   void write(std::uint32_t word) noexcept { word_.store(word, std::memory_order_release); }
   [[noreturn, gnu::cold, gnu::noinline]] static void refuse() noexcept { std::abort(); }
 
   std::atomic<std::uint32_t> word_{idle};
-  // The executor's list of callbacks has one, the ready set one, a period that runs one, and each
-  // thread that removes the record, or waits for that.
+  // One each for the executor's list of callbacks, the ready set, a period that runs the record,
+  // and every thread that removes it or waits for its removal.
   std::atomic<std::uint32_t> references_{1};
 };
 

@@ -55,13 +55,13 @@ bool RuleStep::run_next(Worker& worker, const ReadySet::Limits& limits) noexcept
     if (!rule_.is_open()) return false;
     if (dispatcher_.run_ready(worker, {limits.last_sequence, /*may_poll=*/false, limits.worker}))
       return true;
-    // All that waited is put aside, or left to other workers: so what has come since is next.
+    // All waiting callbacks were put aside or left to other workers, so newer arrivals are next.
     if (!limits.may_poll || !ready_.has_more()) return false;
     if (ready_.has_unfinished()) ready_.poll();
   }
 }
 
-// While it is closed, what each look finds joins the snapshot that waits.
+// While the rule is closed, new arrivals join the snapshot that waits.
 void RuleStep::look() noexcept {
   const bool is_open = rule_.is_open();
   inputs_.set_was_serving(is_open && ready_.has_unfinished());

@@ -28,7 +28,7 @@ class RuleInputs final : public ReadyCallbacks {
   bool any() const noexcept override { return ready_.has_unfinished(); }
   bool was_serving() const noexcept override { return was_serving_; }
   std::span<const TriggerInput> all() const noexcept override;
-  /// Takes the memory that the update has brought, and leaves there what it had.
+  /// Swaps its memory for that of the update; one that only removes brings none.
   void install(ScheduleUpdate& update) noexcept;
 
  private:
@@ -45,16 +45,16 @@ class RuleStep {
  public:
   RuleStep(Rule& rule, Dispatcher& dispatcher);
 
-  /// As Dispatcher::run_next, which stays small without it.
+  /// Dispatcher::run_next with a rule. Out of line, so that the path without a rule stays small.
   [[gnu::noinline]] bool run_next(Worker& worker, const ReadySet::Limits& limits) noexcept;
-  /// Before spin_some: which callbacks it runs.
+  /// Before spin_some: takes the snapshot that it runs.
   void take_snapshot() noexcept {
     if (outputs_ == nullptr) look();  // else a period takes its own
   }
   void install(ScheduleUpdate& update) noexcept;
-  /// The last callback has run: with logical execution time, what waits is sent.
+  /// Called after the last callback. With logical execution time, sends the staged outputs.
   void end(ThreadStatistics& statistics) noexcept;
-  /// Messages that wait for the end of a period. Any thread.
+  /// How many staged outputs wait for the end of a period. Any thread.
   std::size_t held_back() const noexcept { return outputs_ != nullptr ? outputs_->size() : 0; }
 
  private:

@@ -18,9 +18,9 @@
 namespace takt::detail {
 
 /// Everything that depends on the set of callbacks. A control thread builds it, with all the memory
-/// that will be needed. The executor installs it at a dispatch point, and leaves in it what it
-/// replaces, which a control thread frees. One that only removes brings no memory and no scheduler:
-/// those that there are know more callbacks than they need.
+/// that will be needed. The executor installs it at a dispatch point, and leaves the replaced
+/// objects in it, for a control thread to free. An update that only removes brings no memory and no
+/// scheduler: the present ones have room for more callbacks than remain.
 struct ScheduleUpdate {
   struct Parking {
     Exclusion* exclusion;
@@ -39,14 +39,14 @@ struct ScheduleUpdate {
   std::vector<CallbackRecord*> added, removed;
   std::vector<Change> changed;  // in order: the last one applies
   std::vector<CallbackRecord*> all;
-  std::vector<std::pair<CallbackRecord*, std::uint32_t>> levels;  // of all; none: as they are
+  std::vector<std::pair<CallbackRecord*, std::uint32_t>> levels;  // of all; empty: unchanged
   bool reads_clock = false;                                       // from now on
   std::vector<TriggerInput> rule_inputs;                          // with a rule: room for all
-  std::shared_ptr<std::vector<Execution>> executions;  // with logical execution time: the same
+  std::shared_ptr<std::vector<Execution>> executions;  // with logical execution time: room for all
   ScheduleUpdate* inbox_next = nullptr;
 };
 
-/// The way of updates to the workers and back.
+/// Carries updates to the workers, and used ones back.
 /// Thread safety: is_pending from any thread; send, take_back and free_used are serialised by the
 /// executor's control threads, take and give_back at its dispatch points.
 /// Real-time: nothing blocks; only free_used frees.
@@ -67,7 +67,7 @@ class Updates {
     pending_.store(update.release());
     WaitInCallback::notify_progress();
   }
-  /// One that no worker has installed yet, or nullptr.
+  /// Withdraws an update that no worker has installed yet; nullptr: there is none.
   std::unique_ptr<ScheduleUpdate> take_back() noexcept {
     return std::unique_ptr<ScheduleUpdate>(pending_.exchange(nullptr));
   }

@@ -17,8 +17,8 @@
 
 namespace takt::detail {
 
-/// What a rule and a workers' policy say of the ready set: it puts aside what the rule does not
-/// admit, until the rule admits more, and passes over what other workers may take.
+/// Applies a rule and a workers' policy to the ready set: puts aside the callbacks that the rule
+/// does not admit, until it admits more, and passes over those of other workers.
 /// Thread safety: the constants from any thread; all else is serialised by the executor.
 /// Real-time: nothing blocks or allocates.
 class Selection {
@@ -33,30 +33,31 @@ class Selection {
         interrupts_(policy != nullptr && policy->interrupts()),
         running_(interrupts_ ? workers : 0) {}
 
-  /// Not each worker may take each callback at any time.
+  /// Whether a rule or a policy limits which callbacks a worker may take now.
   bool is_needed() const noexcept { return is_needed_; }
-  /// Nothing is looked at before the rule opens.
+  /// Logical execution time: arrivals are looked at only when the rule opens.
   bool is_logical() const noexcept { return is_logical_; }
   bool counts() const noexcept { return policy_ != nullptr; }
   bool is_open() const noexcept { return rule_ == nullptr || rule_->is_open(); }
 
-  /// True: it is put aside, or passed over.
+  /// True: the callback was put aside, or passed over.
   [[gnu::noinline]] bool puts_aside(CallbackRecord& record, std::size_t worker) noexcept;
-  /// The rule may admit it later: then it is put aside, and true.
+  /// True: the rule does not admit the callback now, so it was put aside.
   bool holds(CallbackRecord& record) noexcept;
-  /// What was put aside, linked by next; from here on nothing is.
+  /// Takes the callbacks that were put aside, linked by next.
   ReadyCallback* take_held() noexcept;
-  /// The same of what was passed over.
+  /// Takes those that were passed over, in the order in which they were.
   ReadyCallback* take_passed_over() noexcept {
     if (passed_over_ != nullptr) *end_of_passed_over_ = nullptr;
     return std::exchange(passed_over_, nullptr);
   }
-  /// The first release, or when the rule must look before. That matters only to what waits for it.
+  /// The release, or when the rule must look if that is earlier and a callback waits for the rule.
+  /// With logical execution time always the latter.
   TimePoint release_or_opening(TimePoint release, bool has_waiting) const noexcept;
 
-  /// The callback has come into the scheduler, or left it.
+  /// A callback enters the scheduler (+1), or leaves it (-1).
   [[gnu::noinline]] void count(const ReadyCallback& callback, int change) noexcept;
-  /// A callback waits there that this worker may take now.
+  /// Whether a callback waits in the scheduler that this worker may take now.
   bool may_run(std::size_t worker) const noexcept {
     return !interrupts_ && waiting_for_[worker].load() != 0 && is_open();
   }
@@ -64,16 +65,16 @@ class Selection {
   // ---- Workers that interrupt each other ----
 
   bool interrupts() const noexcept { return interrupts_; }
-  /// Control threads. Empty: there are none. Throws Error.
+  /// For control threads. Empty: nothing interrupts. Throws Error.
   std::vector<std::uint32_t> levels(std::span<const CallbackInfo> callbacks) const {
     return interrupts_ ? policy_->levels(callbacks) : std::vector<std::uint32_t>();
   }
-  /// Any thread: it need not wait for the end of what runs.
+  /// Any thread: whether the callback's level is above the ceilings of all that run.
   bool may_interrupt(const CallbackRecord& record) const noexcept {
     return record.level.load(std::memory_order_relaxed) > ceiling_.load();
   }
-  /// The one worker that may begin it now, if that is idle: the next after those that it
-  /// interrupts.
+  /// The worker that may begin the callback now: the one after those that it interrupts; none if
+  /// that worker is busy.
   std::optional<std::size_t> worker_for(const CallbackRecord& record) const noexcept;
   void begin(const CallbackRecord& record, std::size_t worker) noexcept;
   void end(std::size_t worker) noexcept;
@@ -89,9 +90,9 @@ class Selection {
   const WorkersPolicy* const policy_;
   const bool is_needed_, is_logical_, interrupts_;
   std::vector<Running> running_;           // by worker
-  std::atomic<std::uint32_t> ceiling_{0};  // the highest of them
+  std::atomic<std::uint32_t> ceiling_{0};  // the highest in running_
   ReadyCallback* held_ = nullptr;
-  ReadyCallback* passed_over_ = nullptr;  // in their order, as a scheduler may serve in turns
+  ReadyCallback* passed_over_ = nullptr;  // in order, for schedulers that take turns
   ReadyCallback** end_of_passed_over_ = nullptr;
   // Written at dispatch points; a worker that is about to sleep looks at its own.
   std::array<std::atomic<std::uint32_t>, kMostWorkers> waiting_for_{};

@@ -14,11 +14,11 @@ constexpr auto due_later = [](const auto& a, const auto& b) noexcept {
 
 }  // namespace
 
-// A reading of the clock takes nearly half as long as a callback without work, so they are paced:
-// the number of dispatches between two looks follows the time that they took so far.
+// A reading of the clock takes nearly half as long as a callback without work, so readings are
+// paced: the number of dispatches between two follows the time that dispatches took so far.
 void TimerQueue::look_at_clock() noexcept {
   constexpr std::int64_t kBetweenLooksNs = 2000;
-  // A due timer waits for as many, if brief callbacks have suddenly become long.
+  // The most callbacks for which a due timer waits, if brief ones suddenly become long.
   constexpr std::int64_t kMostBetweenLooks = 16;
   const TimePoint before = now_;
   read_clock();
@@ -37,8 +37,8 @@ void TimerQueue::arm(CallbackRecord& record) noexcept {
   std::push_heap(entries_.begin(), entries_.end(), due_later);
 }
 
-// All at once: one by one, n timers that begin together would cost O(n²). One that is announced
-// meanwhile goes, too, and comes again when the inbox is drained.
+// Rebuilds the heap once: timer by timer, n timers that begin together would cost O(n²). A timer
+// that is announced meanwhile is erased, too, and armed when the inbox is drained.
 void TimerQueue::rearm(ReadyCallback* first) noexcept {
   std::erase_if(entries_, [](const auto& timer) { return timer.second->is_announced.load(); });
   std::make_heap(entries_.begin(), entries_.end(), due_later);
@@ -58,7 +58,7 @@ CallbackRecord* TimerQueue::take_due(TimePoint& due) noexcept {
   return record;
 }
 
-// The heap's second and third entry are enough of an answer: nothing depends on it but how often a
+// Looks only at the heap's second and third entry: the answer affects nothing but how often a
 // worker has to be woken.
 TimePoint TimerQueue::release_beside_first() const noexcept {
   if (next_release() == kNever) return kNever;
@@ -73,7 +73,7 @@ TimePoint TimerQueue::release_beside_first() const noexcept {
   return result;
 }
 
-// A few are found by their addresses, without a look at the record of each timer.
+// A few removed records are compared by address, without a cache miss for each timer's record.
 void TimerQueue::exchange(Entries& memory, const std::vector<CallbackRecord*>& removed) noexcept {
   constexpr std::size_t kFew = 8;
   const auto is_removed = [&](const auto& timer) {

@@ -29,8 +29,8 @@ class TimerQueue {
   void set_now(TimePoint now) noexcept { now_ = now; }
   TimePoint now() const noexcept { return now_; }
   void read_clock() noexcept { now_ = clock_.now(); }
-  /// Asked at each dispatch: whether to look for due timers now. `at_once`: this time is no part of
-  /// the pace.
+  /// Asked at each dispatch: whether to look for due timers now. `at_once`: looks whatever the
+  /// pace.
   bool must_look(bool at_once) noexcept {
     return !entries_.empty() && (at_once || --dispatches_until_look_ == 0);
   }
@@ -39,7 +39,7 @@ class TimerQueue {
 
   // ---- The timers ----
 
-  /// It became idle, and has its next release.
+  /// The timer has become idle: queues its next release.
   void arm(CallbackRecord& record) noexcept;
   /// The release times of these, linked by next, have changed.
   void rearm(ReadyCallback* first) noexcept;
@@ -59,13 +59,13 @@ class TimerQueue {
     }
     return first;
   }
-  /// When a timer may need another worker than the one that wakes up for the first: that one is due
-  /// again, or one of another group is due. As far as it is known; kNever when it is not.
+  /// When a second worker may be needed, besides the one that wakes up for the first timer: that
+  /// timer is due again, or one of another group is due. An estimate; kNever: unknown.
   TimePoint release_beside_first() const noexcept;
   void release_timers(bool released) noexcept { are_held_.store(!released); }
   bool timers_are_held() const noexcept { return are_held_.load(); }
 
-  /// Keeps the timers that were not removed; in this memory, if it is more than there was.
+  /// Keeps the timers that were not removed; moves them into `memory`, if that is larger.
   void exchange(Entries& memory, const std::vector<CallbackRecord*>& removed) noexcept;
 
  private:

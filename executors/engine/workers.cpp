@@ -16,13 +16,14 @@
 namespace takt::detail {
 namespace {
 
-// What it costs to sleep and to be woken: for so long it is worth while to search.
+// About the cost of a sleep and its wake-up: to search for longer does not pay.
 constexpr Nanoseconds kPatience(20'000);
-// For so long a searcher leaves what is announced to the worker whose callback has announced it, as
-// that usually ends with it: a callback that moves to another CPU finds none of its data there.
+// How long the searcher leaves an announced callback to the worker that announced it: that worker
+// usually takes it soon, and has its data in the cache.
 constexpr Nanoseconds kMoment(1'000);
 
-// A reservation ends when its thread yields.
+// Whether all threads share one CPU, so that a searcher should yield. Not with SCHED_DEADLINE,
+// where sched_yield() gives up the rest of the runtime.
 bool share_a_cpu(const std::vector<ThreadAttributes>& threads) {
   const auto cpus_of = [](const ThreadAttributes& thread) {
     return thread.affinity.empty() ? available_cpus() : thread.affinity;
@@ -34,8 +35,8 @@ bool share_a_cpu(const std::vector<ThreadAttributes>& threads) {
          });
 }
 
-// On virtual CPUs, where no time passes while a thread looks: it is woken as one that sleeps is,
-// and keeps its CPU until then.
+// The search on virtual CPUs, where polling takes no time: the thread is woken like a sleeper, but
+// keeps its CPU meanwhile.
 template <class MustLook>
 void wait_on_cpu(Sleepers& sleepers, WaitBackend& backend, std::size_t worker, TimePoint until,
                  const MustLook& must_look) noexcept {
@@ -99,13 +100,13 @@ WorkerSet Workers::that_may_take(const NamedCallback& callback) const {
 
 // ---- What wakes a worker ----
 
-// The calling thread has written before what there is to do. Both kinds of worker look for it after
-// they have said, sequentially consistent, what they do: a searcher that it searches no more, a
-// sleeper that it is idle. So one of the two threads sees what the other has written. Without
-// searcher and sleepers this costs three loads.
+// Dekker's algorithm: the caller writes the work, then reads the workers' states; a worker writes
+// its state (it searches no more, or is idle), then reads the work. All of that is sequentially
+// consistent, so one of the two threads sees what the other has written. Without a searcher and
+// sleepers it costs three loads.
 void Workers::notify(Search what) noexcept {
   for (Search state = search_.load(); state != Search::none;) {
-    if (state == Search::called && what == Search::called) break;  // it has not come: preempted?
+    if (state == Search::called && what == Search::called) break;  // still searching: preempted?
     if (state >= what || search_.compare_exchange_weak(state, what)) return;
   }
   if (places_.wake_one_of(~WorkerSet{})) return;
@@ -117,9 +118,10 @@ void Workers::wake_all() noexcept {
   places_.wake_all();
 }
 
-// Each that sleeps and has something to run, or a release before that for which it waits: when this
-// worker executes or sleeps, nobody else tells it. A callback is counted before this worker looks
-// which sleep, and one that goes to sleep says so before it looks at the count.
+// Wakes each sleeping worker that has a callback to run, or a release before the one for which it
+// waits: while this worker executes or sleeps, nobody else would. A callback is counted before the
+// sleepers are read, and a worker that goes to sleep says so before it reads the count: no wake-up
+// is lost.
 void Workers::pass_on_to_each() noexcept {
   if (ready_.selection().is_open()) ready_.take_snapshot();
   const std::optional<std::size_t> next = ready_.worker_for_next();
@@ -127,7 +129,7 @@ void Workers::pass_on_to_each() noexcept {
     if (!places_.sleepers_of(other.index).would_wake()) continue;
     const TimePoint release = own_release(other);
     const bool must_wait = release < other.waits_until;
-    if (must_wait) other.waits_until = release;  // so those after it need not
+    if (must_wait) other.waits_until = release;  // later workers need not wait for it
     if (must_wait || ready_.selection().may_run(other.index) || other.index == next)
       places_.wake_one_of(WorkerSet{1} << other.index);
   }
@@ -135,7 +137,7 @@ void Workers::pass_on_to_each() noexcept {
 
 // ---- What a worker does that waits ----
 
-// The first that it may take, and for which no worker before it waits.
+// The first release that this worker may take, and for which no worker before it waits.
 TimePoint Workers::own_release(const Worker& worker) const noexcept {
   return ready_.next_release_of([&](const CallbackRecord& record, TimePoint release) {
     const WorkerSet may_take = record.settings.workers;
@@ -150,16 +152,16 @@ TimePoint Workers::own_release(const Worker& worker) const noexcept {
   });
 }
 
-// Until this time, kNever if for no release, the worker waits.
+// The worker waits for a release at this time; kNever: for none.
 void Workers::set_wait(Worker& worker, TimePoint until) noexcept {
   worker.waits_until = until;
   first_wait_ = kNever;
   for (const Worker& each : all_) first_wait_ = std::min(first_wait_, each.waits_until);
 }
 
-// The release for which the worker has to wake up: the first one, if no other waits for that. When
-// the other has woken up it may be busy for long, and should not have to wake this one before. So
-// one more waits for what may come next.
+// The release for which the worker has to wake up: the first one, unless another worker waits for
+// it. That worker may then be busy for long, and should not have to wake this one first: so a
+// second one waits for the release after it.
 TimePoint Workers::release_to_wait_for(const Worker& worker) const noexcept {
   if (are_apart_.load()) return own_release(worker);
   const TimePoint first = ready_.next_release();
@@ -170,9 +172,9 @@ TimePoint Workers::release_to_wait_for(const Worker& worker) const noexcept {
   return waiting == 1 && are_parallel ? ready_.timers().release_beside_first() : kNever;
 }
 
-// How long the worker searches before it sleeps. In a pool only one does, and only if no thread of
-// the pool is more urgent: while it searches, nobody wakes that. It does even if not asked to, as
-// long as others work, who would have to wake it for what they leave over.
+// How long the worker searches before it sleeps. A pool has one searcher at a time, and only of the
+// highest urgency, because no sleeper is woken while it searches. While others work it searches
+// even if `spin` is 0: that saves them the system call to wake it for what they leave over.
 Nanoseconds Workers::patience_of(const Worker& worker) const noexcept {
   if (!may_search(worker)) return Nanoseconds::zero();
   const TimePoint release = ready_.next_release();
@@ -185,11 +187,11 @@ Nanoseconds Workers::patience_of(const Worker& worker) const noexcept {
   return others_work ? std::max(options_.spin, kPatience) : options_.spin;
 }
 
-// Looks for what a sleeper would be woken for, until that time, or until nobody has announced
-// anything for so long. Returns true if there may be something to run.
+// Polls for whatever would wake a sleeper, until the time `until`, or until nothing was announced
+// for as long as `patience`. Returns true if there may be something to run.
 bool Workers::search(Worker& worker, TimePoint until, Nanoseconds patience,
                      const Expected& expected) noexcept {
-  // Not if it has to be there at a release, or always.
+  // Not if it must be on its CPU at a release (`early_wake`), or always (`spin: always`).
   const bool yields = yields_ && patience != Nanoseconds::max();
   const Nanoseconds between_looks = lock_.is_shared() ? kMoment : Nanoseconds::zero();
   set_wait(worker, until);
@@ -214,7 +216,7 @@ bool Workers::search(Worker& worker, TimePoint until, Nanoseconds patience,
       } while (now < look);
       if (yields) sched_yield();
       Search asked = Search::asked;
-      if (search_.load(std::memory_order_relaxed) == asked &&  // else it leaves the line to others
+      if (search_.load(std::memory_order_relaxed) == asked &&  // else the cache line stays shared
           search_.compare_exchange_strong(asked, Search::quiet)) {
         last = now;
       }
@@ -232,7 +234,7 @@ bool Workers::search(Worker& worker, TimePoint until, Nanoseconds patience,
 
 bool Workers::wait(Worker& worker, TimePoint limit, const FutureState* future) noexcept {
   const Expected expected{future,
-                          ready_.timers().timers_are_held()};  // before it asks for releases
+                          ready_.timers().timers_are_held()};  // before it reads the releases
   const Nanoseconds patience = patience_of(worker);
   if (patience != Nanoseconds::zero() &&
       search(worker, std::min(limit, ready_.next_release()), patience, expected)) {
@@ -244,7 +246,7 @@ bool Workers::wait(Worker& worker, TimePoint limit, const FutureState* future) n
   if (end != kNever) wake_up_on_time();
   set_wait(worker, release);
   if (are_apart_.load()) [[unlikely]]
-    pass_on_to_each();  // to those that must not rely on this one
+    pass_on_to_each();  // wakes those that must not rely on this one
   Sleepers& sleepers = places_.sleepers_of(worker.index);
   sleepers.begin();
   const bool is_needed = must_look(worker, expected);

@@ -20,50 +20,50 @@ namespace takt::detail {
 class Dispatcher;
 
 /// A thread of an executor. The one that spins has index 0.
-/// Thread safety: its thread uses it; the lock guards what another one reads.
+/// Thread safety: its own thread uses it; the dispatch lock guards the fields that others read.
 struct alignas(64) Worker {
   std::size_t index = 0;
   ThreadAttributes attributes = {};
   Dispatcher* dispatcher = nullptr;
   TraceRing trace = TraceRing();
   bool may_search = false;         // no thread of the pool is more urgent
-  TimePoint waits_until = kNever;  // a release; guarded by the lock
+  TimePoint waits_until = kNever;  // the release that ends its wait; guarded by the lock
   Nanoseconds spin_time{0};        // since spin began
   std::uint64_t allocations = 0;   // of the thread, up to the end of its last callback
-  Worker* outer = nullptr;         // which the thread was before, in whose callback it spins
+  Worker* outer = nullptr;         // in a nested spin: the worker in whose callback it spins
 
-  /// nullptr: the calling thread is none. A thread of a pool is one until it has ended.
+  /// The calling thread's worker; nullptr: it has none. A thread of a pool has one until it ends.
   static Worker* current() noexcept { return current_; }
-  /// The calling thread is a worker of this executor, which has no other.
+  /// Whether the calling thread is the only worker of this executor.
   static bool is_only_one_of(const Dispatcher& dispatcher) noexcept;
-  /// Since it was asked last.
+  /// The allocations of this thread since the last call.
   std::uint64_t take_allocations() noexcept {
     const std::uint64_t all = allocations_of_this_thread();
     return all - std::exchange(allocations, all);
   }
   void enter() noexcept {
     outer = std::exchange(current_, this);
-    take_allocations();  // what came before is no callback's
+    take_allocations();  // restarts the count: earlier ones belong to no callback
   }
   void leave() noexcept { current_ = outer; }
 
  private:
-  // As Dispatch::current_.
+  // For the TLS model, see Dispatch::current_.
   [[gnu::tls_model("initial-exec")]] static thread_local constinit Worker* current_;
 };
 
-/// All of an executor's. A worker that has found nothing to run searches for a moment, then it
-/// sleeps; one of those that wait does so until the first timer is due.
-/// Thread safety: as the sections say; "with the lock": it is held before and after.
+/// All workers of an executor. A worker that finds nothing to run searches for a moment, then it
+/// sleeps; one of the waiting workers wakes up for the first timer.
+/// Thread safety: as the sections say; "with the lock": the caller holds it before and after.
 /// Real-time: nothing allocates; notify costs three loads, or wakes one thread.
 class Workers final : public Wakeable {
  public:
-  /// What the worker of a pool that searches instead of sleeping has to do. One does at a time.
+  /// The state of the searcher, the one worker of a pool that polls instead of sleeping.
   enum class Search : std::uint8_t {
-    none,    // nobody searches: a sleeper is woken
-    quiet,   // nothing has come since it last looked
-    asked,   // something was announced: it looks whether the announcing worker has taken that
-    called,  // it has to come: there is something to run, or to wait for
+    none,    // there is no searcher: a sleeper is woken
+    quiet,   // nothing was announced since its last look
+    asked,   // something was announced: the next look takes what the announcing worker has left
+    called,  // it must stop searching: there is something to run, or a release to wait for
   };
 
   /// `policy`: nullptr if any worker may take each callback.
@@ -78,37 +78,38 @@ class Workers final : public Wakeable {
   const std::vector<Worker>& all() const noexcept { return all_; }
   Places& places() noexcept { return places_; }
 
-  /// Throws Error.
+  /// The workers that may take the callback. Throws Error if there are none.
   WorkerSet that_may_take(const NamedCallback& callback) const;
   // ---- Any thread ----
 
-  /// There is something to do.
+  /// Wakes the searcher, or a sleeper: there is something to do.
   void notify(Search what) noexcept;
   /// The callback has become ready.
   void notify_of(const CallbackRecord& record) noexcept {
     if (!are_apart_.load()) return notify(Search::asked);
-    // A callback that has to wait for the end of another one is found there.
+    // If it may not interrupt, it waits for the end of a callback, where a worker finds it.
     if (ready_.selection().interrupts() && !ready_.selection().may_interrupt(record)) return;
     places_.wake_one_of(record.workers.load());
   }
-  /// A pool begins or ends to spin. Otherwise the calling thread is the only worker, and takes all.
+  /// A pool begins or ends a spin. Without a pool the calling thread is the only worker, and takes
+  /// all callbacks.
   void set_pool(bool spins) noexcept {
     are_apart_.store(spins && policy_ != nullptr && lock_.is_shared());
   }
-  /// Which callbacks it may take.
+  /// The index by which the worker's callbacks are selected; kAnyWorker: it may take all.
   std::size_t number_of(const Worker& worker) const noexcept {
     return are_apart_.load(std::memory_order_relaxed) ? worker.index : Selection::kAnyWorker;
   }
   void wake() noexcept override { notify(Search::called); }
   void wake_all() noexcept;
-  /// All return from spin. It lasts until it is taken.
+  /// Makes all workers return from spin. Sticky: it holds until take_stop.
   void stop() noexcept {
     stops_.store(true);
     wake_all();
   }
   bool stopping() const noexcept { return stops_.load(); }
   bool take_stop() noexcept { return stops_.exchange(false); }
-  /// Woken when a callback becomes ready and no worker sleeps.
+  /// The observer is woken when a callback becomes ready and no worker sleeps.
   void set_observer(Wakeable* observer) noexcept { observer_.store(observer); }
 
   // ---- Workers, with the lock ----
@@ -120,8 +121,8 @@ class Workers final : public Wakeable {
   }
   void end() noexcept TAKT_REQUIRES(lock_) { --working_; }
   void look_at_file_descriptors() noexcept TAKT_REQUIRES(lock_);
-  /// A worker is about to execute: wakes another one if more may run at once, or if none waits for
-  /// the first timer.
+  /// A worker is about to execute: wakes another one if more callbacks could run in parallel, or if
+  /// no worker waits for the first timer.
   void pass_on() noexcept TAKT_REQUIRES(lock_) {
     if (!lock_.is_shared()) return;
     if (are_apart_.load(std::memory_order_relaxed)) [[unlikely]]
@@ -136,13 +137,13 @@ class Workers final : public Wakeable {
  private:
   [[gnu::noinline]] void pass_on_to_each() noexcept TAKT_REQUIRES(lock_);
 
-  /// For what a worker waits besides announcements.
+  /// What ends a worker's wait besides announcements.
   struct Expected {
     const FutureState* future;
-    bool timers_were_held;  // when it looked when they are due
+    bool timers_were_held;  // when the worker read the next release
   };
 
-  /// Something for which a sleeper wakes up.
+  /// Whether there is a reason not to sleep.
   bool must_look(const Worker& worker, const Expected& expected) const noexcept {
     return ready_.has_announcements() ||
            (are_apart_.load() && (ready_.selection().may_run(worker.index) ||
@@ -163,7 +164,7 @@ class Workers final : public Wakeable {
 
   const ExecutorOptions& options_;
   const WorkersPolicy* const policy_;
-  const bool yields_;  // one that searches, as another needs its CPU
+  const bool yields_;  // a searcher yields, as all workers share one CPU
   DispatchLock lock_;
   ReadySet& ready_;
   const Updates& updates_;
@@ -171,11 +172,11 @@ class Workers final : public Wakeable {
   Places places_;
   std::size_t working_ TAKT_GUARDED_BY(lock_) = 0;  // workers that have begun and have not ended
   TimePoint first_wait_ TAKT_GUARDED_BY(lock_) = kNever;  // the first release for which one waits
-  TimePoint last_look_ TAKT_GUARDED_BY(lock_){};  // at file descriptors, when no worker sleeps
+  TimePoint last_look_ TAKT_GUARDED_BY(lock_){};          // when a busy worker last polled files
 
   std::atomic<Search> search_{Search::none};
   std::atomic<bool> stops_{false};
-  std::atomic<bool> are_apart_{false};  // workers of a pool, by the policy
+  std::atomic<bool> are_apart_{false};  // a workers' policy tells those of a pool apart
   std::atomic<Wakeable*> observer_{nullptr};
 };
 

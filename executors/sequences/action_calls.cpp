@@ -112,7 +112,7 @@ void World::accept_goal(const PartPtr& server, std::uint8_t mode, HeldGoal::Hand
   act(server);
 }
 
-// `lingers`: it goes on when the goal has ended.
+// `lingers`: the coroutine continues when the goal has ended.
 Task<> World::reach_goal(PartPtr server, HeldGoal goal, bool lingers) {
   if (!lingers) co_await sleep_for(1ms);
   {
@@ -203,7 +203,7 @@ void World::cancel_goal() {
   });
 }
 
-// Once more.
+// Asks for the result of a goal once more.
 void World::ask_result() {
   auto* const chosen = any(goals_);
   if (chosen == nullptr || (*chosen)->handle == nullptr) return;
@@ -224,7 +224,7 @@ void World::ask_result() {
   });
 }
 
-// In a coroutine. What it waits for comes, whatever becomes of the server.
+// In a coroutine: each response and result that it awaits comes, whatever becomes of the server.
 Task<> World::await_goal(PartPtr part) {
   const PartPtr client = any_with(&Part::action_client);
   if (client == nullptr) co_return;
@@ -248,7 +248,7 @@ Task<> World::await_goal(PartPtr part) {
   }
 }
 
-// After a spin long after: all that wait for a server that has gone know it.
+// After a much later spin: all that wait for a server that has gone have been notified.
 void World::check_end(const Goal& goal, TimePoint begin) {
   if (!goal.is_without_server() || goal.sent > begin) return;
   if (goal.is_awaited) {
@@ -262,13 +262,13 @@ void World::check_end(const Goal& goal, TimePoint begin) {
   demand(goal.results == 1 || goal.handle == nullptr, "a goal outlives its server");
 }
 
-// Its client is in an executor.
+// Whether the goal's client is in an executor.
 bool World::is_served(const Goal& goal) {
   const PartPtr client = goal.client.lock();
   return client != nullptr && is_in_executor(*client);
 }
 
-// After a whole spin.
+// After a spin that ran to its end.
 void World::check_goal(const Goal& goal) {
   if (goal.is_awaited) return;
   const PartPtr server = goal.server.lock(), client = goal.client.lock();

@@ -91,7 +91,7 @@ struct Place {
   OnSetParametersHandle refuses;
 };
 
-/// Has a client, and is kept by what the client calls.
+/// Owns a client, whose callback owns the robot (a reference cycle).
 struct Robot {
   std::shared_ptr<ActionClient<Count>> client;
 };
@@ -105,7 +105,7 @@ struct Common {
   std::array<std::shared_ptr<Publisher<Number>>, 2> publishers{
       place.node->create_publisher<Number>(kTopics[0], 4),
       place.node->create_publisher<Number>(kTopics[1], 4)};
-  // In a reentrant group, and slow: the next worker calls it meanwhile.
+  // The event is in a reentrant group and slow, so that a second worker calls it meanwhile.
   std::atomic<std::uint64_t> reported{0};
   std::shared_ptr<Entity> event = place.node->create_qos_event<MatchedStatus>(
       *publishers[0],
@@ -128,14 +128,14 @@ class Actor {
     for (int i = 0; i < calls && broken == nullptr; ++i) {
       try {
         call(pick(20));
-      } catch (const Error&) {  // what cannot be is refused
+      } catch (const Error&) {  // an impossible call is refused
       }
     }
   }
   void let_go_of_all() {
     while (!owned_.empty()) drop();
     for (const auto& weak : robots_) {
-      if (const auto robot = weak.lock()) robot->client.reset();  // its goals have no end
+      if (const auto robot = weak.lock()) robot->client.reset();  // its goals may never end
     }
   }
   std::vector<std::weak_ptr<Probe>> probes;
@@ -274,7 +274,7 @@ class Actor {
             probe->run();
             for (int i = 0; i < 5; ++i) goal->publish_feedback({i});
             if (goal->goal().number % 4 == 1) co_return;  // aborted
-            // A cancel may come between.
+            // A cancel may arrive here.
             goal->succeed({goal->goal().number});
             for (int i = 0; i < 5; ++i) goal->publish_feedback({i});
           },
@@ -296,13 +296,13 @@ class Actor {
       }
     });
   }
-  // The event of matching is called as fast as it can be.
+  // Makes the matched event fire as often as possible.
   void match_often() {
     for (int i = 0; i < 10; ++i) {
       (void)own_.node->create_subscription<Number>(kTopics[0], 1, [](const Number&) {});
     }
   }
-  // The feedback's function has the last pointer to it, and so to the client.
+  // The feedback callback has the last pointer to the robot, and so to the client.
   void send_out_robot() {
     const auto& group = common_.place.groups[pick(common_.place.groups.size())]->group;
     const auto robot = std::make_shared<Robot>();
@@ -321,7 +321,7 @@ class Actor {
 
   // ---- What is there ----
 
-  // Nobody else touches this node, so it is known where it is.
+  // Only this thread uses the node, so it knows whether the node is in the executor.
   void add_or_remove_own() {
     if (!is_added_) {
       *own_.may_run = true;

@@ -1,4 +1,4 @@
-// The API that a program of bytes speaks: Takt's, or one above it.
+// The API that a program of bytes calls: Takt's own, or one above it.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_SEQUENCES_API_HPP_
 #define TAKT_EXECUTORS_SEQUENCES_API_HPP_
@@ -23,12 +23,13 @@ class Asked {
   virtual ~Asked() = default;
   virtual FutureReturnCode spin(Executor& executor, Nanoseconds limit) = 0;
   virtual bool is_ready() const = 0;
-  /// When it is ready. nullptr: it has ended without one.
+  /// Only when it is ready. nullptr: the call has ended without an answer.
   virtual const Twice::Response* answer() = 0;
 };
 
-/// Takt's own. Another one overrides what it has. Whatever one makes is an object of Takt's, at
-/// which the model looks; its last pointer owns the handle of the other API.
+/// Takt's own API. Another API overrides the methods that it has. What they make are objects of
+/// Takt, so that the model can inspect them; the last pointer to one owns the handle of the other
+/// API.
 class Api {
  public:
   using NodePtr = std::shared_ptr<Node>;
@@ -44,7 +45,8 @@ class Api {
   virtual std::vector<std::string> executor_names() const;
   virtual std::unique_ptr<Executor> make_executor(const std::string& type,
                                                   const ExecutorOptions& options);
-  /// That of spin_until_future_complete's limits, on an executor with this one.
+  /// The clock by which spin_until_future_complete measures its limit, on an executor with this
+  /// clock.
   virtual const Clock& clock_of_limits(const Clock& clock) const { return clock; }
 
   virtual NodePtr make_node(const std::string& name, const NodeOptions& options);
@@ -66,13 +68,13 @@ class Api {
   virtual ServicePtr make_service(const NodePtr& node, const std::string& name, ServeLater callback,
                                   const GroupPtr& group);
   virtual void respond(const ServicePtr& service, RequestId id, int value);
-  /// The options become those that it has.
+  /// Sets `options` to those that the client has in this API.
   virtual ClientPtr make_client(const NodePtr& node, const std::string& name,
                                 ClientOptions& options, const GroupPtr& group);
   virtual void send_request(const ClientPtr& client, int number, Answered callback);
   virtual std::unique_ptr<Asked> ask(const ClientPtr& client, int number);
 
-  // Of the parameter. Those that set throw Error in its own callbacks.
+  // The parameter kParameter. Its own callbacks must not set it: Error.
   virtual void declare_parameter(const NodePtr& node);
   virtual std::shared_ptr<const void> add_on_set(const NodePtr& node,
                                                  std::function<bool(std::int64_t)> allows);
@@ -85,7 +87,7 @@ class Api {
     return nullptr;
   }
 
-  /// What should have ended with all that was made; empty: all has.
+  /// Names what has outlived the program; empty: nothing has.
   virtual std::string left_behind() const { return {}; }
 };
 

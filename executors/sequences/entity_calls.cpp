@@ -54,11 +54,11 @@ void World::add_place(Place place) {
   places_.push_back(std::move(place));
 }
 
-// Its entities live on with their handles.
+// The node's entities live on with their handles.
 void World::drop_node() {
   if (places_.empty()) return;
   const auto place = places_.begin() + next() % places_.size();
-  const Place dropped = std::move(*place);  // goes when the list is in order
+  const Place dropped = std::move(*place);  // destroyed when the list is in order
   places_.erase(place);
   for (const PartPtr& part : parts_) {
     if (is_same_owner(part->lifecycle, dropped.lifecycle)) part->was_active = is_active(*part);
@@ -183,7 +183,7 @@ void World::release_at() {
   part->timer->release_at(times[when]);
 }
 
-// From here on only callbacks that are still to come keep it, and what it has.
+// From here on only callbacks that are still to come keep the part, and its handles.
 void World::abandon() {
   const PartPtr part = next() % 2 == 0 ? any_with(&Part::action_client) : any_with(&Part::client);
   if (part == nullptr) return;

@@ -20,7 +20,8 @@ namespace takt::sequences {
 
 using namespace std::chrono_literals;
 
-/// It advances a little whenever it is read: so a thread that waits for a time reaches it.
+/// A clock that advances a little whenever it is read: so a thread that polls until a time reaches
+/// it.
 class SteppingClock final : public Clock {
  public:
   TimePoint now() const noexcept override {
@@ -35,7 +36,8 @@ class SteppingClock final : public Clock {
   mutable std::atomic<std::int64_t> time_ns_{1'000'000};
 };
 
-/// What a scheduler found wrong about its executor; and whether the next one is to refuse.
+/// What SuspiciousScheduler found wrong about its executor; and whether its next configure()
+/// throws.
 struct SchedulerWitness {
   std::atomic<const char*> complaint{nullptr};
   std::atomic<bool> refuses{false};
@@ -45,8 +47,8 @@ struct Refused {};  // by a scheduler
 struct Thrown {};   // by a callback
 
 inline constexpr std::size_t kMostNodes = 4, kMostParts = 24, kMostRuns = 100'000;
-// Wherever a user gives a duration it may be any of these. The first four are in each table what
-// they were, as the bytes of the programs that are kept count from there.
+// The durations that a user may give. The first four entries of each table never change, because
+// the bytes of the kept programs are indices into it.
 inline constexpr Nanoseconds kCentury = kDurations[3];
 inline constexpr bool is_for_ever(Nanoseconds duration) noexcept {
   return duration >= kCentury;
@@ -82,14 +84,14 @@ class Managed : public LifecycleNode {
 struct Group {
   std::shared_ptr<CallbackGroup> group;
   int inside = 0;
-  bool is_in_other = false;  // if it is in an executor at all
+  bool is_in_other = false;  // in the other executor, if in any
   /// One of its callbacks has given it to another executor, where it may run meanwhile.
   bool is_moved = false;
 };
 
 struct Place {  // of a node
   std::shared_ptr<Node> node;
-  std::shared_ptr<Managed> lifecycle;  // the same, if it has one
+  std::shared_ptr<Managed> lifecycle;  // the same node, if it has a lifecycle
   std::vector<std::shared_ptr<Group>> groups;
   std::shared_ptr<const void> refuses_odd;
 };
@@ -100,10 +102,10 @@ struct Part;
 struct Call {
   int number = 0;
   TimePoint deadline = kNever;
-  TimePoint lonely_end = kNever;  // at the earliest, if no service is there
+  TimePoint lonely_end = kNever;  // its earliest end, if no service is there
   int answers = 0;
   bool is_awaited = false;                    // by a coroutine
-  std::vector<std::weak_ptr<Part>> services;  // that answer at once, when it was sent
+  std::vector<std::weak_ptr<Part>> services;  // when it was sent: those that answer at once
 };
 
 /// A goal that was sent.
@@ -114,12 +116,12 @@ struct Goal {
   std::shared_ptr<ClientGoalHandle> handle;
   int responses = 0, results = 0;
   bool is_rejected = false;
-  bool is_awaited = false;  // by a coroutine of this part, until it ends:
+  bool is_awaited = false;  // by a coroutine of the part `waiter`, until that ends
   std::weak_ptr<Part> waiter;
-  bool is_handled = false;         // the server's user has got it
+  bool is_handled = false;         // the server's callback has received it
   std::optional<GoalState> ended;  // on the server's side
 
-  bool is_without_server() const;  // which aborts it when it goes
+  bool is_without_server() const;  // a server aborts its goals when it goes
 };
 
 /// A goal that its server holds: dropping it aborts it.
@@ -146,20 +148,21 @@ struct KeptPromise {
   std::atomic<bool> is_set{false};
 };
 
-/// An entity, or an end of an action, as the model sees it. Its callbacks keep it: so it goes with
-/// the last of them, wherever the library lets that go, and makes a call then.
+/// An entity, or one side of an action, as the model sees it. Its callbacks own it, so it is
+/// destroyed with the last of them, wherever the library does that, and its destructor makes a
+/// call.
 struct Part {
   explicit Part(std::shared_ptr<World*> lives_in) : world(std::move(lives_in)) {}
   ~Part();
   Part(const Part&) = delete;
   Part& operator=(const Part&) = delete;
 
-  const std::shared_ptr<World*> world;  // nullptr in it: the world has gone
+  const std::shared_ptr<World*> world;  // points to nullptr when the world has gone
   std::weak_ptr<Node> node;
-  std::weak_ptr<Managed> lifecycle;             // that lets it rest
+  std::weak_ptr<Managed> lifecycle;             // whose inactive state stops its callbacks
   bool is_managed = false, was_active = false;  // when its node went
   std::shared_ptr<Group> group;
-  // One of these.
+  // Exactly one of these is set.
   std::shared_ptr<Timer> timer;
   std::shared_ptr<SubscriptionBase> subscription;  // of messages
   std::shared_ptr<GuardCondition> guard;
@@ -173,11 +176,12 @@ struct Part {
   bool is_dropped = false, is_cancelled = false, is_for_ever = false, has_thrown = false;
   bool is_endless = false;    // a timer that is always due
   bool is_irregular = false;  // a timer whose next release was set
-  // It has been in a set, or in an executor that has gone: so it need not be where its group is.
+  // It was once in a wait set, or in an executor that has gone: so it may not be where its group
+  // is.
   bool may_be_outside = false;
   int topic = -1;  // of what it receives: messages or requests
   std::uint64_t published = 0, received = 0;
-  // Timers: the first release since it began, and how many had come before.
+  // Timers: the first release of the present phase, and how many had come before.
   TimePoint phase = kNever;
   std::uint64_t releases_before = 0;
   // Tasks.

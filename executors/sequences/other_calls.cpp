@@ -9,8 +9,8 @@ namespace takt::sequences {
 namespace {
 
 constexpr std::size_t kMostPromises = 2, kMostMembers = 4;
-// Real time, in which a spin sees that its future has come; and one in which nobody reads the
-// clock.
+// Real times: a spin must see within kPatience that its future has come; when nobody has read the
+// clock for kQuiet, a spin counts as asleep.
 constexpr auto kPatience = 20s;
 constexpr auto kQuiet = 200us;
 
@@ -18,7 +18,7 @@ constexpr auto kQuiet = 200us;
 
 // ---- Another executor ----
 
-// What is in the old one is in none afterwards.
+// Nodes and groups of the old executor are in none afterwards.
 void World::renew_other() {
   const auto scheduler_names = schedulers().names();
   const auto executor_names = api_.executor_names();
@@ -138,7 +138,7 @@ void World::add_to_set() {
   });
 }
 
-// It leaves the set, and the model's list of it first: what goes with it may make a call.
+// The member leaves the model's list first, then the set: its destruction may make a call.
 void World::remove_from_set() {
   if (members_.empty()) return;
   const auto place = members_.begin() + next() % members_.size();
@@ -188,7 +188,7 @@ void World::make_event() {
   });
 }
 
-// After a whole spin.
+// After a spin that ran to its end.
 void World::check_event(const Part& part) {
   if (newest_events_[part.event_topic].lock().get() != &part) return;  // it is not notified
   const MatchedStatus now = publishers_[part.event_topic]->events()->status(MatchedStatus{});

@@ -32,14 +32,15 @@ const std::vector<Kept>& kept_programs() {
       Kept{"WaitSetLetsGoWhatRemovesAnother",
            {0, 1,  0, 0, 0,  3, 0,  0, 3,  0, 0,  51, 0, 51, 1, 6,
             0, 54, 3, 1, 53, 0, 10, 0, 63, 1, 54, 1,  1, 6,  0}},
-      // A coroutine that goes on when it has ended its goal has the place of the next one, which
+      // A coroutine that continued after the end of its goal kept the place of the next goal, which
       // was accepted, and then aborted.
       Kept{"GoalAfterACoroutineThatGoesOn",
            {0, 1, 0, 0, 1, 27, 4, 0, 2, 0, 0, 28, 0, 0, 0, 0, 29, 0, 1, 20, 29, 0, 1, 20}},
-      // A nested spin waits for the same future, and its time is up: the outer one slept on.
+      // A nested spin for the same future timed out: the outer one then slept on.
       Kept{"NestedSpinsForOneFuture",
            {0, 1, 0, 0, 1, 3, 0, 0, 40, 1, 0, 46, 6, 0, 16, 1, 48, 0, 3, 1, 48, 0, 1}},
-      // `isolated`: what a callback throws ended the spin, and the future kept the executor.
+      // `isolated`: an exception of a callback ended the spin, and the future still had the
+      // executor.
       Kept{"PromiseAfterTheExecutorThatWaited",
            {0,  1, 0, 0,  0, 3,  0, 0, 40, 2,  0,  0, 41, 0,  3,
             46, 6, 0, 16, 1, 48, 0, 2, 0,  13, 40, 1, 0,  47, 0}}};
@@ -48,7 +49,7 @@ const std::vector<Kept>& kept_programs() {
 
 namespace {
 
-/// One that was kept, with a few other bytes, and more behind them.
+/// A kept program with a few bytes changed, and random bytes appended.
 Bytes mutated_program(std::mt19937& random) {
   Bytes bytes = kept_programs()[random() % kept_programs().size()].bytes;
   bytes.resize(std::min<std::size_t>(bytes.size(), 40));  // the longest one takes its time
@@ -61,8 +62,9 @@ Bytes mutated_program(std::mt19937& random) {
   return bytes;
 }
 
-/// A program that has to do with what few random bytes would: nodes in and out of executors, a
-/// second executor, a promise, calls in callbacks and destructors. Then come random bytes.
+/// A program that begins with calls that a few random bytes would seldom make: nodes in and out of
+/// executors, a second executor, a promise, calls in callbacks and destructors. Then come random
+/// bytes.
 Bytes random_program(std::mt19937& random, const std::vector<Bytes>& often) {
   if (random() % 4 == 0) return mutated_program(random);
   const auto byte = [&] { return static_cast<std::uint8_t>(random()); };

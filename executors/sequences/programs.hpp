@@ -22,9 +22,9 @@ struct Kept {
 };
 const std::vector<Kept>& kept_programs();
 
-/// Runs so many random ones, or as many as TAKT_SEQUENCES says, each on an API of its own: the same
-/// each time, so what fails once fails always. They make these calls more often than others. The
-/// result is the first promise that was broken, with its program, or empty.
+/// Runs this many random programs, or as many as TAKT_SEQUENCES says, each on an API of its own.
+/// The seed is fixed, so a failure repeats. `often`: calls that they make more often than others.
+/// Returns the first promise that was broken, with its program, or an empty string.
 std::string run_random(int programs, const std::vector<Bytes>& often,
                        const std::function<std::unique_ptr<Api>()>& make_api);
 

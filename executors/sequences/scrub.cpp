@@ -1,5 +1,5 @@
-// What is deleted is overwritten, so that a use of it fails at once, and always. A sanitizer sees
-// such a use by itself.
+// Overwrites memory that is deleted, so that a use after free fails at once, and always. A
+// sanitizer sees such a use by itself.
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 #include <cstring>
@@ -12,7 +12,7 @@
 // The other forms call this one.
 void operator delete(void* block) noexcept {
   if (block != nullptr) std::memset(block, 0x5a, malloc_usable_size(block));
-  // The compiler would leave out what is written to memory that goes.
+  // Without this, the compiler would remove the write, as a dead store.
   asm volatile("" : : "r"(block) : "memory");
   std::free(block);
 }

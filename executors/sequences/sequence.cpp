@@ -21,7 +21,7 @@ namespace {
 // Real time. A program takes milliseconds.
 constexpr std::chrono::seconds kLongest{60};
 
-/// Order of arrival, and no trust in its caller.
+/// Serves in order of arrival, and checks that the executor gives it each callback once.
 class SuspiciousScheduler final : public Scheduler {
  public:
   void configure(std::span<const CallbackInfo> infos) override {
@@ -89,7 +89,7 @@ World::~World() {
     for (const auto& kept : promises_) kept->set();  // nobody waits for it any more
   }
   for (const auto& member : std::exchange(members_, {})) set_.remove(member.second);
-  set_.wait(0ns);            // its last result goes
+  set_.wait(0ns);            // destroys its last result
   while (!parts_.empty()) {  // a part holds its handle, whose callback holds the part
     let_go(parts_.back());
   }
@@ -123,7 +123,7 @@ void World::run_busy() {
 
 void World::count_run() {
   ++runs_;
-  if (runs_ == kMostRuns / 2) rest_endless();  // which a callback has made or reset
+  if (runs_ == kMostRuns / 2) rest_endless();  // timers that a callback has made or reset
   if (runs_ > kMostRuns) {
     demand(false, "callbacks ran without an end");
     executor_->cancel();
@@ -139,7 +139,7 @@ bool World::is_active(const Part& part) noexcept {
 }
 
 World::Inside World::enter(const PartPtr& part) {
-  // The last result of the set may have the handle, too.
+  // The wait set's last result may have the handle, too.
   demand(!part->is_dropped || part->may_be_outside, "a callback ran after its handle was dropped");
   demand(is_active(*part), "a managed callback ran, and its node was not active");
   demand(!part->group->group->belongs_to(nullptr), "a callback ran after its removal");
@@ -154,7 +154,7 @@ World::Inside World::enter_group(const PartPtr& part) {
   return Inside(part->group.get());
 }
 
-// What a callback does besides: a call, perhaps, and perhaps it throws.
+// What each callback may do besides: make a call, and throw.
 void World::act(const PartPtr& part) {
   if (calls_in_callbacks_ == 0) return;
   --calls_in_callbacks_;
@@ -349,8 +349,8 @@ void World::call_last(bool in_callback) {
   }
 }
 
-// What goes may be anywhere in the library, and below any call of the model: so only what leaves
-// the model's lists of nodes and goals alone.
+// The destructor may run anywhere in the library, below any call of the model: so it makes only
+// calls that leave the model's lists of nodes and goals alone.
 void World::call_in_destructor(std::uint8_t what) {
   switch (what) {
     case 0:

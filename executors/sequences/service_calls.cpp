@@ -75,7 +75,7 @@ void World::sent(const PartPtr& client, const std::shared_ptr<Call>& call) {
   }
 }
 
-// Whatever its callback does then.
+// Called first in the callback of the answer, whatever that does afterwards.
 void World::answered(const PartPtr& client, Call& call, const Twice::Response* response) {
   demand(call.answers++ == 0, "a call was answered twice");
   std::erase_if(client->calls, [&](const auto& known) { return known.get() == &call; });
@@ -135,7 +135,7 @@ void World::respond() {
   api_.respond(service->service, id, 2 * number);
 }
 
-// Of a client that is in the executor, long after.
+// For a client that is in the executor, much later.
 void World::check_lonely_calls(const Part& client, TimePoint begin) {
   for (const PartPtr& part : parts_) {
     if (part->service != nullptr && part->topic == client.topic) return;
@@ -147,7 +147,7 @@ void World::check_lonely_calls(const Part& client, TimePoint begin) {
   }
 }
 
-// Of a client that is in the executor, after a whole spin.
+// For a client that is in the executor, after a spin that ran to its end.
 void World::check_calls(const Part& client, TimePoint begin) {
   const std::size_t in_flight = client.client->calls_in_flight();
   std::size_t open = 0;

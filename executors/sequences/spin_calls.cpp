@@ -8,7 +8,8 @@ namespace takt::sequences {
 namespace {
 
 constexpr std::uint64_t kMostMissed = std::uint64_t{1} << 62;
-// From one executor to the other and back, without a callback of the user: a goal, its result.
+// Rounds in which a goal and its result go from one executor to the other and back, though no
+// callback of the user runs.
 constexpr int kMostHandOvers = 4;
 
 }  // namespace
@@ -33,7 +34,7 @@ void World::spin_until() {
   const Nanoseconds limit = kLimits[1 + next() % 5];
   Promise<int> promise;
   promise_ = &promise;
-  // Its callbacks make it ready, or never; then the time ends it.
+  // The busy callback makes the future ready, or nobody does, and the limit ends the spin.
   until_done_ = is_for_ever(limit) || next() % 2 == 0 ? 3 : 0;
   make_busy(true);
   FutureReturnCode code{};
@@ -78,7 +79,7 @@ void World::hold_and_release() {
   }
 }
 
-// They are always due.
+// Cancels the timers that are always due.
 void World::rest_endless() {
   for (const auto& part : parts_) {
     if (part->timer == nullptr || !part->is_endless) continue;
@@ -87,7 +88,8 @@ void World::rest_endless() {
   }
 }
 
-// Until neither executor has anything left to do. False: one did not go its whole way.
+// Until neither executor has anything left to do. False: a spin did not run to its end, or work
+// never ended.
 bool World::spin_all() {
   int quiet = 0;
   for (int round = 0; round < 100 && quiet < kMostHandOvers; ++round) {
@@ -98,10 +100,10 @@ bool World::spin_all() {
     if (!spin_other([&] { other_->spin_all(), runs += runs_; })) return false;
     quiet = runs == 0 ? quiet + 1 : 0;
   }
-  return quiet == kMostHandOvers;  // else its timers are as fast as this
+  return quiet == kMostHandOvers;  // false: its timers are as fast as these spins
 }
 
-// Much later, nothing waits any more for what has gone.
+// Much later, nothing waits any more for an object that has gone.
 void World::be_patient() {
   stop_calls();
   const TimePoint begin = clock_.now();

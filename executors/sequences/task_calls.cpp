@@ -11,7 +11,7 @@ void World::make_task() {
   make_part([&](Place& place, const PartPtr& part, const std::string& name) {
     part->is_managed = place.lifecycle != nullptr;
     const auto& group = part->group->group;
-    // It may throw before it is a coroutine.
+    // The callback may throw before it becomes a coroutine.
     const auto on_release = [this, part, what]() -> Task<> {
       ran(part);
       return task(part, what);
@@ -44,7 +44,7 @@ void World::make_receiver() {
   });
 }
 
-// One to three steps; between them it waits. Its part is the callback's.
+// Makes one to three steps, in which it may wait. `part`: that of the callback.
 Task<> World::task(PartPtr part, std::uint8_t what) {
   struct InTask {
     explicit InTask(Part& of) noexcept : part(of) { part.is_in_task = true; }
@@ -105,7 +105,7 @@ Task<bool> World::await_answer() {
   if (client == nullptr) co_return false;
   const auto call = begin_call(*client);
   call->is_awaited = true;
-  // Wherever it waits when it is dropped.
+  // Removes the call wherever the coroutine waits when it is dropped.
   struct Ends {
     ~Ends() { std::erase(client->calls, call); }
     const PartPtr& client;

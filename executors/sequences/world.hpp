@@ -17,15 +17,15 @@ namespace takt::sequences {
 
 class World {
  public:
-  /// `made`: what must be gone after the world.
+  /// `made`: collects the objects that must be gone after the world.
   World(std::span<const std::uint8_t> bytes, Api& api, std::vector<std::weak_ptr<void>>& made);
   ~World();
   /// The first promise that was broken, or empty.
   std::string run();
 
-  /// A part has gone, and with it the last that its callbacks owned.
+  /// A part is destroyed, with the last of its callbacks.
   void part_gone() noexcept;
-  // For what a transition does.
+  // The outcome of the next transition.
   std::uint8_t next_outcome() noexcept { return std::exchange(outcome_, second_outcome_); }
   void demand(bool holds, const char* promise) noexcept {
     if (!holds && broken_ == nullptr) broken_ = promise;
@@ -56,7 +56,7 @@ class World {
   static bool is_in_executor(const Part& part) noexcept {
     return !part.is_dropped && !part.may_be_outside && !part.group->group->belongs_to(nullptr);
   }
-  /// No lifecycle lets it rest.
+  /// Whether its node is active, if the node has a lifecycle.
   static bool is_active(const Part& part) noexcept;
 
   // Callbacks: sequence.cpp.
@@ -76,7 +76,7 @@ class World {
   void call_last(bool in_callback);
   void call_in_destructor(std::uint8_t what);
   void stop_calls() noexcept { calls_in_callbacks_ = calls_in_destructors_ = 0; }
-  /// What a program may do wrong ends in an Error, and all is as before.
+  /// A wrong call of a program throws Error, and changes nothing.
   template <class Call>
   void attempt(Call&& call) {
     try {
@@ -209,7 +209,7 @@ class World {
   bool throws_next_ = false, has_thrown_ = false, is_cancelled_ = false;
   bool touches_ = false;   // the busy callback publishes and triggers
   bool are_equal_ = true;  // no callback is more urgent than another
-  bool are_held_ = false;  // timers; and `is_quiet_`: none that had come due before is left
+  bool are_held_ = false;  // timers; `is_quiet_`: and no release from before the hold is left
   bool is_quiet_ = false;
   bool waits_on_set_ = false;
   std::uint8_t outcome_ = 0, second_outcome_ = 0;  // of a transition
@@ -234,7 +234,7 @@ void World::make_part(Make&& make) {
   });
 }
 
-/// True: the spin went its whole way. What is thrown in it leaves it.
+/// True: the spin ran to its end. Exceptions of callbacks leave it.
 template <class Call>
 bool World::spin(Call&& call) {
   has_thrown_ = false;
@@ -255,8 +255,8 @@ bool World::spin(Call&& call) {
   return is_whole;
 }
 
-/// In a callback, too: then the spin is nested, and the callback catches what leaves it. True: it
-/// went its whole way.
+/// In a callback the spin is nested, and the callback catches exceptions that leave it. True: the
+/// spin ran to its end.
 template <class Call>
 bool World::spin_other(Call&& call) {
   if (other_ == nullptr) return false;
@@ -270,7 +270,7 @@ bool World::spin_other(Call&& call) {
     is_whole = false;
   } catch (const Refused&) {
     is_whole = false;
-  } catch (const Error&) {  // it spins
+  } catch (const Error&) {  // it is spinning already
     is_whole = false;
   }
   has_thrown_ = had_thrown;

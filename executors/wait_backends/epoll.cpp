@@ -71,8 +71,8 @@ class EpollWaitBackend final : public Reactor {
   void add(Watched& watched) override {
     const bool is_added = control(watched, watched.fd);
     if (is_added) {
-      // That number was watched, and is watched anew: so the user has closed it meanwhile. The
-      // entity of the closed file must not end the watch of its successor.
+      // If epoll has watched this number before, the user has closed that file meanwhile. Its
+      // entity must not end the watch of the new file.
       for (Watched& other : watched_) {
         if (&other != &watched && other.registered == watched.fd) other.registered = -1;
       }

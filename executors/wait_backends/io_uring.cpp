@@ -18,11 +18,11 @@
 namespace takt {
 namespace {
 
-// The kernel does its part of the work when our thread enters it, and in no other.
+// The kernel completes requests only when the thread that owns the ring enters it.
 constexpr unsigned kFlags = IORING_SETUP_SINGLE_ISSUER | IORING_SETUP_DEFER_TASKRUN;
 constexpr unsigned kEntries = 64;
 
-// Unlike what the kernel and the C library call a thread, it is never used again.
+// Unlike a kernel thread id or a pthread_t, the number is never used again.
 std::uint64_t this_thread_number() noexcept {
   static std::atomic<std::uint64_t> threads{0};
   thread_local const std::uint64_t number = ++threads;
@@ -87,7 +87,8 @@ class IoUringWaitBackend final : public Reactor {
     io_uring_submit(&ring_);
   }
 
-  // The ring itself is not: nothing completes before its thread enters the kernel.
+  // An eventfd, as the ring's own descriptor does not become readable: nothing completes before the
+  // ring's thread enters the kernel.
   int fd() noexcept override {
     if (completion_fd_ < 0 && owner_ != 0) {
       completion_fd_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -97,7 +98,7 @@ class IoUringWaitBackend final : public Reactor {
   }
 
  private:
-  // The lowest bit of what the kernel gives back: the answer to a removal.
+  // The lowest bit of user_data: the completion is that of a removal.
   static constexpr std::uint64_t kRemoval = 1;
 
   bool harvest(TimePoint deadline) noexcept override {
@@ -139,7 +140,7 @@ class IoUringWaitBackend final : public Reactor {
         return false;
       }
       if (completion.res == -ECANCELED) forget(watched);
-      // The poll has ended without our asking: again, unless the descriptor is at fault.
+      // The kernel has ended the poll by itself: armed again, unless the descriptor is at fault.
       if (completion.res >= 0) forget(watched);
     }
     return completion.res != -ECANCELED && announce(watched);

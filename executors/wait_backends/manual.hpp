@@ -11,9 +11,9 @@
 
 namespace takt {
 
-/// Each worker is a participant of the manual clock. A post goes to the first that sleeps, in
-/// order of index, so that a run always takes the same way. File descriptors are asked when a
-/// worker looks: one that becomes ready wakes none, because only the clock does.
+/// Each worker is a participant of the manual clock. A post goes to the sleeper with the lowest
+/// index, so that a run is deterministic. A worker polls the file descriptors when it looks; one
+/// that becomes ready wakes nobody, because only the clock does.
 /// Thread safety: as WaitBackend.
 /// Real-time: no; for tests and simulation only.
 class ManualWaitBackend final : public WaitBackend {
@@ -25,7 +25,7 @@ class ManualWaitBackend final : public WaitBackend {
   bool wait(std::size_t worker, TimePoint deadline) noexcept override {
     return wait(worker, deadline, &ManualClock::wait);
   }
-  /// The same for one that spins: it keeps its CPU.
+  /// The same for a worker that spins: it keeps its CPU.
   bool search(std::size_t worker, TimePoint deadline) noexcept {
     return wait(worker, deadline, &ManualClock::search);
   }

@@ -16,11 +16,10 @@ namespace takt {
 /// read, brings them to workers that sleep:
 /// 1. A thread that posts counts first, and then kicks: writes to the event descriptor.
 /// 2. A worker that comes back from the kernel, for whatever reason, looks for a post.
-/// 3. Two kicks can reach one worker, and a worker that only looks takes a kick from the sleepers.
-/// So
-///    a worker that takes a post and sees another kicks again, and so does one that looks and sees
-///    a post.
-/// So while posts are there, a kick is on its way or a worker is awake that will look.
+/// 3. Two kicks can reach one worker as one, and a worker that only looks takes a kick from the
+///    sleepers. So a worker that takes a post and sees another kicks again, and so does one that
+///    looks and sees a post.
+/// As long as there are posts, a kick is on its way, or a worker is awake that will look.
 ///
 /// Thread safety and real-time: as WaitBackend.
 class Reactor : public WaitBackend {
@@ -41,7 +40,7 @@ class Reactor : public WaitBackend {
     short events = 0;
     std::atomic<ArrivalListener*> listener{nullptr};
     int registered = -1;      // the descriptor that the kernel watches; -1: none
-    bool is_leaving = false;  // io_uring: it was asked to watch no longer
+    bool is_leaving = false;  // io_uring: its removal was requested
   };
   static constexpr TimePoint kNow{};
 

@@ -19,19 +19,20 @@ namespace detail {
 ///    its time has come, and ends. All that it looks at is seq_cst.
 /// 2. A thread writes what there is to do, and then wakes: if fewer are woken than sleep, it counts
 ///    one more as woken, and posts. In between it may be preempted, so it counts as posting.
-/// 3. A thread that finds all woken posts nothing; but while another one is posting, it does so for
-///    that one, and says afterwards that this was done. That holds until a thread ends its sleep:
-///    the number of ends tells a late word from one in time.
-/// 4. Whether a post is still coming means nothing to a thread that ends. A post too many is a
+/// 3. A thread that finds all sleepers woken posts nothing; but while another thread is posting, it
+///    posts on behalf of that one (helping), and marks the word as helped. The mark holds until a
+///    thread ends its sleep: the word counts these ends, so a late mark fails (no ABA).
+/// 4. A thread that ends does not care whether a post is still coming. A post too many is a
 ///    spurious wake-up of a later sleep.
-/// So a thread returns from `wake` only when a sleeper has been posted to that will look after it.
+/// So a thread returns from `wake` only when a sleeper that will look afterwards has been posted
+/// to.
 ///
 /// Thread safety: begin and end from a thread that sleeps, the rest from any.
 /// Real-time: nothing blocks; `wake` costs one load when nobody sleeps.
 class Sleepers {
  public:
   void begin() noexcept { word_.fetch_add(kSleeping); }
-  /// `has_taken`: a post.
+  /// `has_taken`: the thread has taken a post.
   void end(bool has_taken) noexcept {
     std::uint64_t word = word_.load();
     std::uint64_t ended = 0;
@@ -43,7 +44,7 @@ class Sleepers {
     } while (!word_.compare_exchange_weak(word, ended));
   }
 
-  /// Wakes one thread by `post()`. False: it has not, as all were woken.
+  /// Wakes one thread by `post()`. False: all were woken already.
   template <class Post>
   bool wake(Post&& post) noexcept {
     std::uint64_t word = word_.load();
@@ -67,7 +68,7 @@ class Sleepers {
     if (word / kPosting % kWoken == 0) return;
     for (std::uint64_t woken = word / kWoken % kWoken; woken != 0; --woken) post();
   }
-  /// Whether it would post.
+  /// Whether wake() would post.
   bool would_wake() const noexcept {
     const std::uint64_t word = word_.load();
     return idle_in(word) != 0 || must_help(word);
@@ -92,7 +93,7 @@ class Sleepers {
     return word / kPosting % kWoken != 0 && word % kWoken != 0 && (word & kHelped) == 0;
   }
   // The word counts threads that sleep, those of them that were woken, and those that are posting,
-  // in 16 bits each; then whether one was posted for; then ends of sleeps.
+  // in 16 bits each; then whether a thread has helped; then ends of sleeps.
   static constexpr std::uint64_t kSleeping = 1, kWoken = 1 << 16, kPosting = kWoken << 16,
                                  kHelped = kPosting << 16, kEnd = kHelped << 1;
   alignas(64) std::atomic<std::uint64_t> word_{0};

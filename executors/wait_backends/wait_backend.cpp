@@ -34,7 +34,7 @@ std::string cheapest_that_serves(std::size_t workers, bool has_file_descriptors)
   return best;
 }
 
-// What each dispatch relies on.
+// Tries what each dispatch relies on: a post ends one wait, also if it came before.
 void try_wait_backend(const std::string& name, const WaitBackendRegistry::Entry& entry) {
   const auto backend = entry.factory(1);
   backend->prepare();

@@ -19,9 +19,9 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// A semaphore with a deadline: a post is never lost, and wakes one worker. Some watch file
-/// descriptors in the same wait. They report edges, not levels: a notified listener checks the
-/// descriptor until it finds nothing, and is notified again of later events.
+/// A semaphore with a deadline: a post is never lost, and wakes one worker. Some back ends also
+/// watch file descriptors. They report edges, not levels: a notified listener checks the descriptor
+/// until it finds nothing, and is notified again of later events.
 /// Thread safety: post, watch and unwatch from any thread; the rest from the worker of that index.
 /// Real-time: post is one system call when a thread sleeps; nothing allocates after construction,
 /// prepare and watch.
@@ -46,8 +46,8 @@ class WaitBackend {
   virtual void prepare() {}
   /// Announces what is ready now, and does not wait. Returns true if there was something.
   virtual bool look() noexcept { return false; }
-  /// For another back end to watch: readable when `look` would find something; -1 when nothing is
-  /// served. For the thread that has called prepare.
+  /// A descriptor for another back end to watch: readable when `look` would find something; -1:
+  /// none. For the thread that has called prepare.
   virtual int fd() noexcept { return -1; }
 };
 
@@ -55,8 +55,8 @@ class WaitBackend {
 struct WaitBackendTraits {
   bool serves_file_descriptors = false;
   std::size_t max_workers = SIZE_MAX;
-  /// `auto` takes the one with the smallest cost that serves: the order of what a wake-up costs, as
-  /// measured. No value: only by its name.
+  /// `auto` takes the suitable back end of the smallest cost. Costs rank the back ends by their
+  /// measured wake-up. No value: taken only by its name.
   std::optional<int> cost = {};
 };
 
@@ -72,18 +72,18 @@ inline constexpr std::string_view kAutoWait = "auto";
 /// is it kAutoWait.
 void check_wait_backend(std::string_view name);
 
-/// The one of that name; with kAutoWait the one of least cost that serves as many workers, and file
-/// descriptors where there are some. With a manual clock it is the clock's own, and another name is
-/// an Error.
+/// The back end of that name; with kAutoWait the one of least cost that serves as many workers, and
+/// file descriptors where there are some. With a manual clock the clock's own back end, and any
+/// name but kAutoWait is an Error.
 std::unique_ptr<WaitBackend> make_wait_backend(std::string_view name, Clock& clock,
                                                std::size_t workers, bool has_file_descriptors);
 
-/// Adds to `wait_backends()`; while a library is loaded by load_wait_backend(), only notes it for
-/// that. Always true. Throws Error when the name is taken.
+/// Adds the back end to `wait_backends()`; while load_wait_backend() loads a library, only notes it
+/// for that call. Always true. Throws Error when the name is taken.
 bool register_wait_backend(std::string name, WaitBackendRegistry::Entry entry, const char* version);
 
 /// At namespace scope in a .cpp file: makes `Class` known as `name`. Its constructor takes the
-/// number of workers. Behind it stand its traits.
+/// number of workers. The traits follow the class.
 #define TAKT_REGISTER_WAIT_BACKEND(name, description, Class, ...)                              \
   namespace {                                                                                  \
   [[maybe_unused]] const bool TAKT_UNIQUE(takt_wait_backend_) = ::takt::register_wait_backend( \
@@ -96,7 +96,7 @@ bool register_wait_backend(std::string name, WaitBackendRegistry::Entry entry, c
 /// Loads the library, tries the wait back end that it registers under this name, and adds it to
 /// wait_backends(). `library` is as for load_scheduler(). Throws Error, and adds nothing, if the
 /// library cannot be loaded, does not register the name or registers it twice, if the name is
-/// taken, if a thread that was posted to would not wake up, or none comes back within 5 s. The
+/// taken, if a post does not end exactly one wait, or if a wait does not return within 5 s. The
 /// conformance suite tests the rest. Thread safety: may be called from any thread. Real-time: no.
 void load_wait_backend(const std::string& name, const std::string& library);
 
