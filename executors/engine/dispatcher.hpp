@@ -81,7 +81,7 @@ class Dispatcher {
   /// Returns false if there was nothing to run.
   bool run_next(Worker& worker, const ReadySet::Limits& limits) noexcept
       TAKT_REQUIRES(workers_.lock());
-  /// The same without asking the rule: there is none, or it has looked and is open.
+  /// The same where there is no rule, or where the rule has looked and is open.
   bool run_ready(Worker& worker, const ReadySet::Limits& limits) noexcept
       TAKT_REQUIRES(workers_.lock());
   /// Runs an execution that has begun and has its input. `outputs`: stages what the callback

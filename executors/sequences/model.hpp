@@ -162,7 +162,7 @@ struct Part {
   std::weak_ptr<Managed> lifecycle;             // whose inactive state stops its callbacks
   bool is_managed = false, was_active = false;  // when its node went
   std::shared_ptr<Group> group;
-  // Exactly one of these is set.
+  // At most one of these is set.
   std::shared_ptr<Timer> timer;
   std::shared_ptr<SubscriptionBase> subscription;  // of messages
   std::shared_ptr<GuardCondition> guard;
