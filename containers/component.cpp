@@ -37,7 +37,7 @@ void add_prefixes(const char* variable, const char* folder, std::vector<IndexFol
   }
 }
 
-// Of our own variable: in ROS 2's, most prefixes have no components.
+// Only for TAKT_COMPONENT_PATH: most prefixes in ROS 2's AMENT_PREFIX_PATH have no components.
 void warn_of_missing(const std::vector<IndexFolder>& folders) {
   static std::atomic<bool> has_warned{false};
   for (const IndexFolder& index : folders) {

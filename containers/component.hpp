@@ -20,8 +20,9 @@ namespace TAKT_PUBLIC takt {
 /// An instance of a component class, as its container holds it.
 struct Component {
   std::shared_ptr<Node> node;
-  /// Called once by the container that ends, on its control thread: when all messages are served,
-  /// before its executors end. Ends threads that the component has of its own. It does not throw.
+  /// Called once at the end of the container, on its control thread: after all messages are served,
+  /// and before the executors end. Stops the threads that the component has started. Must not
+  /// throw.
   std::function<void()> on_end = {};
 };
 
@@ -40,8 +41,8 @@ class Completing {
 /// What one execution of a callback sends at most.
 struct Sending {
   std::size_t messages = 0;
-  std::size_t bytes = 0;    // of all
-  std::size_t written = 0;  // bytes that it fills or copies before it sends them
+  std::size_t bytes = 0;    // of all messages
+  std::size_t written = 0;  // that the callback fills or copies before it sends them
 };
 
 /// Interface of a component that knows how long its callbacks run, for the analysis of response
@@ -50,20 +51,21 @@ struct Sending {
 class KnowsExecutionTimes {
  public:
   virtual ~KnowsExecutionTimes() = default;
-  /// Processor time of each execution of the callback, which then does not wait for anything
-  /// either, and sends one message to each of its topics at most. nullopt: not known.
+  /// CPU time of each execution of the callback; nullopt: not known. A callback with such a time
+  /// never waits, and sends at most one message to each of its topics.
   virtual std::optional<Nanoseconds> execution_time(std::string_view callback) const = 0;
   /// Whether a callback allocates or frees memory, for which it may wait.
   virtual bool uses_heap() const { return true; }
-  /// What that time is without. nullopt: not known.
+  /// The messages that the callback sends, whose cost is not part of execution_time(). nullopt: not
+  /// known.
   virtual std::optional<Sending> sends(std::string_view callback) const {
     static_cast<void>(callback);
     return {};
   }
 };
 
-/// Interface of a component that gives its timers their releases (Timer::release_at): how often
-/// they come does not follow from their periods. The component's node class derives from it in
+/// Interface of a component that sets the releases of its timers (Timer::release_at), so that their
+/// rate does not follow from their periods. The component's node class derives from it in
 /// addition to Node. Thread safety: it does nothing. Real-time: it does nothing.
 class SetsReleases {
  public:
@@ -75,7 +77,7 @@ extern template class Registry<Component, NoTraits, const NodeOptions&>;
 /// All component classes registered in this process, by name.
 ComponentRegistry& components();
 
-/// Their names, without those that commands of `takt` have for themselves.
+/// The names of all components, except those that only commands of `takt` use.
 std::vector<std::string> component_names();
 
 /// An entry of the component index.

@@ -31,7 +31,7 @@ struct Loaded {
 
   enum class Displacement { none, under_way, done };
   std::atomic<Displacement> displacement{Displacement::none};
-  std::once_flag completed;  // who finds it under way waits for it
+  std::once_flag completed;  // a second caller waits for the first
 
   LifecycleNode* lifecycle() const noexcept {
     return dynamic_cast<LifecycleNode*>(component->node.get());
@@ -42,21 +42,21 @@ struct Loaded {
     const auto found = description.callback_groups.find(group.name());
     return found != description.callback_groups.end() ? found->second.executor : "";
   }
-  /// Of the group, or of the component; empty: the description names none.
+  /// The executor of the group, or else of the component; empty: the description names none.
   std::string executor_of(const CallbackGroup& group) const {
     const std::string own = own_executor(group);
     return own.empty() ? description.executor : own;
   }
 };
 
-/// The components, and the plan of their callbacks. Under its lock no other one is taken, and
-/// nothing is destroyed.
+/// The components, and the plan of their callbacks. While its lock is held, no other lock is taken
+/// and nothing is destroyed.
 /// Thread safety: from any thread. Real-time: no.
 class ComponentList {
  public:
-  /// What a look has found.
+  /// The components that a look has found, see Looks.
   struct Found {
-    Looks::Look look;  // ends when the pointers have gone
+    Looks::Look look;  // destroyed after the pointers
     std::vector<std::shared_ptr<Loaded>> all;
 
     auto begin() const noexcept { return all.begin(); }
@@ -65,11 +65,12 @@ class ComponentList {
 
   Found all() const;
   std::shared_ptr<Loaded> find(std::string_view name) const;  // nullptr: there is none
-  /// Throws Error if there is none, or it is leaving.
+  /// Throws Error if there is none, or if it is being unloaded.
   std::shared_ptr<Loaded> with_id(std::uint64_t id) const;
-  /// Without those that are leaving.
+  /// All components, except those that are being unloaded.
   std::vector<LoadedComponent> listed() const;
-  /// As its description names it; empty: that names none, or there is no such component.
+  /// The executor that the component's description names; empty: it names none, or no component has
+  /// this node.
   std::string executor_of(const Node& node, const CallbackGroup& group) const;
   /// Ready when all looks that have begun so far have ended.
   std::future<void> end_of_looks() { return shared_.lock()->looks.end_of_present(); }
@@ -77,24 +78,25 @@ class ComponentList {
   Plan plan() const;
   void set_plan(Plan plan) { std::swap(shared_.lock()->plan, plan); }
 
-  /// Throws Error if a component has it.
+  /// Throws Error if a component has this name.
   void check_is_free(const std::string& name) const;
-  /// Gives it its number.
+  /// Adds the component, and assigns its id.
   void add(const std::shared_ptr<Loaded>& loaded, std::vector<Plan::Callback> callbacks = {});
   void set_leaving(Loaded& loaded, bool is_leaving);
   void remove(const Loaded& loaded);
-  /// Destroys them, in reverse order of construction.
+  /// Destroys the components, in reverse order of construction.
   void clear();
 
-  /// A callback of this node threw. Returns what the description says of that, and keeps it for
-  /// take_failed() if the node must leave its executors; nullopt: there is no such component.
+  /// A callback of this node threw. Returns the policy of the description for exceptions, and marks
+  /// the component for take_failed() if its node must leave its executors. nullopt: there is no
+  /// such component.
   std::optional<OnException> fails(std::string_view name);
   Found take_failed();
 
  private:
   struct Shared {
     std::vector<std::shared_ptr<Loaded>> components;
-    Looks looks;  // at these
+    Looks looks;  // at `components`
     Plan plan;
     std::uint64_t last_id = 0;
 
@@ -108,9 +110,9 @@ class ComponentList {
 std::shared_ptr<Loaded> make_component(const ContainerSetting& setting,
                                        const ComponentDescription& component,
                                        std::vector<std::string>& errors);
-/// Those of the description, with what is wrong with them.
+/// Constructs all components of the description; adds errors to the setting.
 void make_components(ContainerSetting& setting, ComponentList& components);
-/// None of its callbacks runs now.
+/// Calls Completing::complete() once. No callback of the component may run any more.
 void complete(Loaded& loaded, ContainerSetting& setting);
 
 }  // namespace takt

@@ -60,7 +60,7 @@ std::string log_level(std::uint8_t level) {
   return level <= 10 ? "debug" : level <= 20 ? "info" : level <= 30 ? "warn" : "error";
 }
 
-// What the request says itself comes first, as in ROS 2.
+// A value that the request itself gives takes precedence, as in ROS 2.
 void put_first(Map& map, Value value) {
   const auto is_it = [&](const Value& other) { return other.name == value.name; };
   if (std::none_of(map.values.begin(), map.values.end(), is_it)) put(map, std::move(value));
@@ -137,7 +137,7 @@ std::string text_of(const std::exception& error) {
   return text;
 }
 
-// It runs no code of a user, so the thread `container` serves it.
+// Listing runs no code of a user, so the thread `container` serves it.
 std::shared_ptr<Entity> list_service(Node& node, const Container& container) {
   return node.create_service<ci::ListNodes>(
       "~/_container/list_nodes",
@@ -150,8 +150,8 @@ std::shared_ptr<Entity> list_service(Node& node, const Container& container) {
       nullptr, rare_service());
 }
 
-// These two in groups of `requests`: what looks may hold the last pointer to a node, whose
-// destructor is code of a user.
+// Structure and statistics are served by the executor `requests`: their callbacks may drop the last
+// pointer to a node, whose destructor is code of a user.
 std::shared_ptr<Entity> structure_service(Node& node, const Container& container,
                                           const std::shared_ptr<CallbackGroup>& group) {
   return node.create_service<GetStructure>(

@@ -33,13 +33,14 @@ class Container;
 ///   of a lifecycle node. In ROS 2's graph they belong to that node.
 /// - for itself: the parameter services, so that `ros2 param list`, which asks every node, waits
 ///   for none.
-/// Of a program that makes its nodes itself: set_callback_parameters, get_statistics and trace.
+/// For a program that makes its nodes itself: set_callback_parameters, get_statistics and trace.
 ///
 /// A request that needs no code of a user is answered at once, on the thread `container`. All
 /// others are served by the threads of the executor `requests`: setting parameters and changing the
 /// state, one after another for each node; loading and unloading, one after another; changing
 /// parameters of callbacks; statistics and structure. So a callback that does not return delays
-/// requests to its own node; as many as there are threads delay all those.
+/// requests to its own node. If such callbacks block all threads of `requests`, they delay all
+/// these requests.
 ///
 /// Thread safety: only the container uses it; `serve` from any thread.
 /// Real-time: no; components run on other threads.
@@ -47,12 +48,12 @@ class ComponentManager {
  public:
   ComponentManager(Container& container, const std::shared_ptr<Node>& node, Executor& requests,
                    LoadPolicy policy, bool serves_parameters);
-  /// Of a program.
+  /// For a program that makes its nodes itself.
   ComponentManager(Container& container, const std::shared_ptr<Node>& node, Executor& requests);
   /// Serves a component's node for as long as the returned object lives.
   std::shared_ptr<void> serve(const std::shared_ptr<Node>& component);
-  /// One of the container's node, for what may run code of users: served by `requests`, one
-  /// callback at a time.
+  /// Creates a callback group of the container's node for callbacks that may run code of users: the
+  /// executor `requests` serves it, one callback at a time.
   std::shared_ptr<CallbackGroup> make_group(std::string name);
 
  private:

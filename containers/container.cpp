@@ -33,7 +33,7 @@ bool drain(const RunningExecutors& running, const ContainerSetting& setting) {
     const TimePoint end = later(clock.now(), kDrainLimit);
     for (clock.settle(); running.pending() != 0; clock.advance(std::chrono::milliseconds(1)))
       if (clock.now() > end) return false;
-    return true;  // at once, as nothing happens between two instants
+    return true;  // a single poll suffices: nothing runs between two simulated instants
   }
   const TimePoint limit = later(Clock::steady().now(), kDrainLimit);
   for (int quiet = 0; quiet < 5; ++quiet) {
@@ -83,7 +83,7 @@ Container::Container(const SystemDescription& description, const ContainerOverri
       setting_->modes->serve_as_in_force(loaded->node());
   }
   for (const auto& loaded : components_->all()) executors_->place(*loaded);
-  if (overrides.executor.empty()) {  // else a comparison shows how another type fails
+  if (overrides.executor.empty()) {  // else a comparison shows which type is overloaded
     for (std::string& error : guarantees_->too_much()) setting_->errors.push_back(std::move(error));
     check_listed_callbacks(*setting_, *components_, *executors_);
   }
@@ -106,7 +106,7 @@ Container::~Container() {
   end_components();
   end_executors();
   unloading_threads_.reset();
-  executors_.reset();    // which listens to nodes that may be a user's
+  executors_.reset();    // first: it listens to nodes, which may belong to a user
   components_->clear();  // before the executors that run them
 }
 
@@ -141,7 +141,7 @@ void Container::start(std::function<void()> on_failure) {
 }
 
 void Container::release() {
-  watch_->begin();  // before all that it watches: the kernel may take 20 ms for its part
+  watch_->begin();  // before the timers: the kernel may take 20 ms to begin its records
   // The constructors created the timers at different times; now all start together.
   for (const auto& loaded : components_->all()) {
     for (const auto& entity : loaded->node()->entities()) {
@@ -155,7 +155,7 @@ void Container::release() {
   usage_->begin();
 }
 
-// Of a simulation, callbacks may be in the middle of their work.
+// In a simulation, callbacks may be in mid-execution: the clock must advance until they end.
 std::exception_ptr Container::end_executors() noexcept {
   cancel();
   if (setting_->is_simulated())
@@ -179,7 +179,7 @@ void Container::check_matches() {
 }
 
 void Container::hold() {
-  watch_->look();  // from here on a release that waits counts as one that nobody has taken
+  watch_->look();  // before the timers stop: afterwards, a waiting release counts as not taken
   for (const auto& chain : chains_) chain->end();
   for (const auto& running : *running_) {
     if (!running->is_own) running->executor->release_timers(false);
@@ -211,7 +211,7 @@ void Container::stop() {
   end_components();
   const std::exception_ptr failure = end_executors();
   watch_->look(/*is_over=*/true);
-  // One that is being unloaded may complete and leave the list meanwhile.
+  // A component that is being unloaded may complete and leave the list meanwhile.
   for (const auto& loaded : components_->all()) complete(*loaded, *setting_);
   if (failure != nullptr) std::rethrow_exception(failure);
 }

@@ -52,9 +52,9 @@ enum class Placement {
   file,    // each on its executor of the file, which keeps its name, threads and scheduler
   merged,  // all on one executor, with the threads of all executors of the file
 };
-/// The words of Placement.
+/// The valid words for a Placement.
 std::vector<std::string> placements();
-/// Throws Error, which lists the words, if it is none; `where`: what has the word.
+/// Throws Error, which lists the valid words, for any other word. `where`: the place of the word.
 Placement parse_placement(const std::string& word, const std::string& where = {});
 
 /// Settings of the command line that override the file.
@@ -65,27 +65,27 @@ struct ContainerOverrides {
   StatisticsLevel statistics = StatisticsLevel::full;
   std::size_t trace_events = 0;           // see ExecutorOptions
   std::shared_ptr<LatencySlices> slices;  // of all executors; they begin with release()
-  /// Compares what runs with what its analysis assumes, as `analysis: {watch: true}` does.
+  /// Checks at run time what the analysis assumes, as `analysis: {watch: true}` does.
   bool watches_bounds = false;
   Clock* clock = &Clock::steady();
   bool is_merged() const noexcept { return !executor.empty() && placement == Placement::merged; }
-  /// Used instead of the participant that `dds` of the description configures: `takt check` and
-  /// `takt plan` must not appear on the network. Of a program that makes its nodes itself: by it
-  /// `takt top` and `takt callback set` reach the program.
+  /// Replaces the participant that `dds` of the description configures: `takt check` and `takt
+  /// plan` must not appear on the network. If a program makes its nodes itself, `takt top` and
+  /// `takt callback set` reach the program through this participant.
   std::shared_ptr<Participant> participant;
   /// Called on the constructing thread before a component's constructor, with the component's name
   /// in the file, and after it with an empty string.
   std::function<void(std::string_view component)> on_making;
-  /// The node of a description without a class, which a program has made; nullptr: not yet, then
-  /// the component is left out.
+  /// Returns the node that a program has made for a description without a class. nullptr: there is
+  /// no such node yet, and the component is left out.
   std::function<std::shared_ptr<Node>(const ComponentDescription&)> find_node;
-  /// Nothing is going to run, so nothing is traced.
+  /// Nothing is going to run, so tracepoints are not loaded.
   bool only_constructs = false;
-  /// See ExecutorOptions: the container is a simulation, whose clock is a manual one with CPUs. It
-  /// asks the system for nothing, and moves the clock itself when it stops.
+  /// See ExecutorOptions. Set: the container is simulated, on a ManualClock with CPUs. It requests
+  /// nothing from the operating system, and advances the clock itself when it stops.
   ExecutionModel* execution_model = nullptr;
-  std::string mode;  // of the file's, in which it begins; empty: normal
-  /// What a component calls to end the container, see NodeOptions.
+  std::string mode;  // a mode of the file, in which it begins; empty: normal
+  /// Components call this to end the container, see NodeOptions.
   std::function<void()> end;
 };
 
@@ -125,16 +125,16 @@ class Container {
   void start(std::function<void()> on_failure = {});
   /// Releases the timers, and starts the measurement that result() returns.
   void release();
-  /// Looks at what has deviated from the analysis, and says when to look again; kNever: nothing is
-  /// watched. Between release() and hold().
+  /// Checks for deviations from the analysis, and returns when to call this again; kNever: nothing
+  /// is watched. Call it between release() and hold().
   TimePoint watch_bounds();
   /// Logs the topics of this process that have only publishers or only subscriptions, in this
   /// process and on the DDS domain. If the file requires a match (`must_match`), this is an error
   /// and a failure of the run. Call it once, after discovery had time to complete.
   void check_matches();
-  /// Stops the timers; messages in transit are still served. Notes the topics that have only one
-  /// end still, and the lifecycle nodes that nobody has configured; checks `must_match` if
-  /// check_matches() has not.
+  /// Stops the timers; messages in transit are still served. Notes the topics that still lack
+  /// publishers or subscriptions, and the lifecycle nodes that nobody has configured. Checks
+  /// `must_match` unless check_matches() has done so.
   void hold();
   /// Number of callbacks that are ready or running.
   std::size_t pending() const noexcept;
@@ -144,10 +144,10 @@ class Container {
   /// Serves pending callbacks, brings down the lifecycle nodes that are not finalized, within 10 s,
   /// then stops the executors. Rethrows the exception of a callback.
   void stop();
-  /// Instead of hold to stop, for a program that keeps its nodes: the executors end when what runs
-  /// has returned. Does not wait. Thread safety: from any thread.
+  /// Replaces hold(), shut_down() and stop() for a program that keeps its nodes: executors end when
+  /// the running callbacks have returned. Does not wait. Thread safety: from any thread.
   void cancel() noexcept;
-  /// Waits until they have ended. Rethrows the exception of a callback.
+  /// Waits until the executors have ended. Rethrows the exception of a callback.
   void join();
 
   /// Constructs a component and adds it to the executor that it names, else to `default`, else to
@@ -158,13 +158,14 @@ class Container {
   /// Thread safety: from one thread at a time, not necessarily the control thread.
   LoadedComponent load(ComponentDescription component);
   /// Brings a lifecycle node down, removes the component from its executors, waits for its running
-  /// callbacks and for others that look at the container, and destroys it. Throws Error if the id
-  /// is unknown, or if a callback still runs after `limit`; then the component is destroyed when
-  /// that callback returns. Thread safety: as load; not from one of the component's own callbacks.
+  /// callbacks and for other threads that read the list of components (see Looks), and destroys it.
+  /// Throws Error if the id is unknown, or if a callback still runs after `limit`; then the
+  /// component is destroyed when that callback returns. Thread safety: as load; not from one of the
+  /// component's own callbacks.
   void unload(std::uint64_t id, Nanoseconds limit = std::chrono::seconds(5));
-  /// The same on the calling thread, for a program that drops a node of its own: without bringing
-  /// it down, without a limit, and also in callbacks. One that waits for the caller is not waited
-  /// for.
+  /// The same on the calling thread, for a program that drops a node of its own: without a
+  /// lifecycle transition, without a limit, and also in callbacks. It does not wait for a callback
+  /// that waits for the calling thread.
   void unload_here(std::uint64_t id);
   /// Thread safety: from any thread.
   std::vector<LoadedComponent> components() const;
@@ -175,12 +176,12 @@ class Container {
   /// could then miss it. Thread safety: from any thread.
   void change_parameters(const std::string& changes);
 
-  /// Leads to a mode of the file's `modes:`, or back to "normal". Its changes take effect at the
-  /// next dispatch of each executor: what a thread picks after this has returned is served as the
-  /// mode says. Throws Error if no mode is called so. Thread safety: from any thread but those of
-  /// executors, where NodeOptions::request_mode is for that.
+  /// Switches to a mode of the file's `modes:`, or back to "normal". The changes take effect at the
+  /// next dispatch of each executor: a callback that is picked after this has returned is served as
+  /// the new mode says. Throws Error if there is no such mode. Thread safety: from any thread but
+  /// those that run components, which call NodeOptions::request_mode.
   void set_mode(const std::string& mode);
-  /// The one in force. Thread safety: from any thread.
+  /// The mode in force. Thread safety: from any thread.
   std::string mode() const;
 
   /// The publishers and subscriptions that other processes can discover; empty without DDS.
@@ -197,10 +198,10 @@ class Container {
   /// Utilisation (1.0: one CPU) by the callbacks that have a budget and a period.
   double utilisation_of(const std::string& executor) const;
 
-  /// What it has done so far. Thread safety: from any thread.
+  /// The statistics since the start. Thread safety: from any thread.
   GetStatistics::Response statistics() const;
-  /// Records what its executors do from now on, ends that, or tells it: see TraceContainer. Thread
-  /// safety: from any thread.
+  /// Starts or ends recording what the executors do, or returns the recording: see TraceContainer.
+  /// Thread safety: from any thread.
   TraceContainer::Response trace(const TraceContainer::Request& request);
   /// The measurements of the run. Call it after stop().
   ProcessResult result() const;

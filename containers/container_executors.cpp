@@ -15,7 +15,8 @@
 namespace takt {
 namespace {
 
-// Makes the executor one of the overriding type. Returns how it is not as the file has it.
+// Changes the executor to the overriding type. Returns which settings of the file that type
+// ignores.
 std::string override(ExecutorDescription& executor, const ContainerOverrides& overrides) {
   if (!overrides.scheduler.empty()) executor.scheduler = overrides.scheduler;
   if (overrides.executor.empty()) return "";
@@ -79,7 +80,7 @@ void ContainerExecutors::make(const ExecutorDescription& executor) {
   options.execution_model = setting_.overrides.execution_model;
   options.limits_chains = limits_chains(setting_.description);
   const ExecutorTraits traits = executors().traits(made.type);
-  const bool has_band = executors().traits(executor.type).takes_band;  // of the file
+  const bool has_band = executors().traits(executor.type).takes_band;  // the type in the file
   if (!setting_.overrides.executor.empty() && traits.takes_band && !has_band)
     differs = take_band(made, setting_.description);
   for (const std::string& name : made.threads) {
@@ -107,7 +108,7 @@ void ContainerExecutors::make_all() {
     for (const ExecutorDescription& executor : described()) make(executor);
     return;
   }
-  // It uses the threads of the file in their order, then assigned ones.
+  // The merged executor uses the threads of the file in their order, then the assigned ones.
   ExecutorDescription all{.name = setting_.overrides.executor};
   for (const ExecutorDescription& executor : setting_.description.executors) {
     all.threads.insert(all.threads.end(), executor.threads.begin(), executor.threads.end());
@@ -165,7 +166,7 @@ RunningExecutor& ContainerExecutors::find(const std::string& name) const {
   return setting_.overrides.is_merged() ? **running_.begin() : running_.named(name_for(name));
 }
 
-// Where one executor runs all, groups come to it with their node, if they may.
+// A merged executor gets groups with their node, except those that are not added automatically.
 bool ContainerExecutors::is_placed_alone(const CallbackGroup& group) const {
   return !setting_.overrides.is_merged() || !group.automatically_add_to_executor();
 }
@@ -178,13 +179,14 @@ void ContainerExecutors::place(const Loaded& loaded) {
     if (is_placed_alone(*group)) find(own).executor->add_callback_group(group, node);
     if (!setting_.overrides.is_merged()) continue;
     const SourceLine& where = loaded.description.callback_groups.at(group->name()).where;
-    if (where.empty()) continue;  // assigned, not asked for
+    if (where.empty()) continue;  // assigned by Takt, not requested by the file
     setting_.note(
         fmt::format("{}: callback group '{}' of '{}' is on the one executor {}, not on '{}'", where,
                     group->name(), node->name(), setting_.overrides.executor, own));
   }
   find(loaded.description.executor).executor->add_node(node);
-  node->add_listener(*this);  // after the executor, which has what is new before this
+  // After add_node(): a new entity reaches the executor before this listener.
+  node->add_listener(*this);
   begin(loaded);
 }
 
@@ -199,7 +201,8 @@ void ContainerExecutors::displace(Loaded& loaded) {
   }
   struct End {
     Loaded& loaded;
-    // Not the user's: so `isolated` waits for the node's thread, and holds nothing of it later.
+    // Own code, not the user's: so `isolated` waits for the node's thread, and then keeps nothing
+    // of the node.
     const detail::Running running{&loaded.displacement, detail::Running::Code::own};
     Loaded::Displacement now = none;
     ~End() {
@@ -218,7 +221,7 @@ void ContainerExecutors::displace(Loaded& loaded) {
       removed.push_back(group);
     }
     find(loaded.description.executor).executor->remove_node(node);
-  } catch (...) {  // one of them refuses: it stays as it was
+  } catch (...) {  // an executor refuses: restore the state before
     for (const auto& group : removed) {
       find(loaded.own_executor(*group)).executor->add_callback_group(group, node);
     }
@@ -228,7 +231,7 @@ void ContainerExecutors::displace(Loaded& loaded) {
   end.now = done;
 }
 
-// The executors would refuse as well, but only after its node was brought down.
+// displace() would fail as well, but only after the node was brought down.
 void ContainerExecutors::check_removable(const Loaded& loaded) const {
   std::vector<std::string> used{setting_.overrides.executor};
   if (!setting_.overrides.is_merged()) {
@@ -269,7 +272,7 @@ void ContainerExecutors::entity_added(Node& node, const std::shared_ptr<Entity>&
   if (loaded == nullptr) return;
   setting_.modes->serve_as_in_force(loaded->node());
   begin(*loaded, *entity->group());
-  // A group that was made again under its name is on the executor of its node.
+  // A group that was destroyed and created again with its name runs on the executor of its node.
   if (!loaded->own_executor(*entity->group()).empty()) begin(find(loaded->description.executor));
 }
 

@@ -16,8 +16,8 @@ namespace TAKT_INTERNAL takt {
 
 inline constexpr const char* kDefaultExecutor = "default";
 
-/// Makes the executors of the file, puts components on them, and begins each with its first
-/// callback.
+/// Makes the executors of the file, adds components to them, and starts each executor with its
+/// first callback.
 /// Thread safety: make_all() first; then every method from any thread. Real-time: no.
 class ContainerExecutors final : private NodeListener {
  public:
@@ -29,34 +29,33 @@ class ContainerExecutors final : private NodeListener {
   void make_all();
   /// For the container's own callbacks: they allocate memory, so they run apart from components.
   Executor& make_own(const char* name, std::size_t threads = 1);
-  /// Those of the file, and `default` if something needs it.
+  /// The executors of the file, and `default` if a component or a group needs it.
   std::vector<ExecutorDescription> described() const;
 
   /// Sets the component's executor if it names none. Throws Error if it names one that does not
   /// exist or cannot run it.
   void choose(ComponentDescription& component) const;
-  /// The name of the executor that runs a group. Of a component that may not be in the list yet:
+  /// The name of the executor that runs a group. `loaded` need not be in the list yet.
   std::string name_for(const Loaded& loaded, const CallbackGroup& group) const {
     return name_for(loaded.executor_of(group));
   }
   std::string name_for(const Node& node, const CallbackGroup& group) const {
     return name_for(components_.executor_of(node, group));
   }
-  /// That a description names; empty: `default`. The reader or choose() has checked the name.
+  /// The executor with this name; empty: `default`. The reader or choose() has checked the name.
   RunningExecutor& find(const std::string& name) const;
 
   const RunningExecutors& running() const noexcept { return running_; }
 
   void place(const Loaded& loaded);
-  /// What place() has done, undone; waits for running callbacks. If another thread does it, waits
-  /// for that one, unless it waits for this one: the calling thread may be in a callback of the
-  /// node.
+  /// Undoes place(), and waits for running callbacks. If another thread is doing so, waits for that
+  /// thread; but not if that thread waits for the caller, which may be in a callback of the node.
   void displace(Loaded& loaded);
-  /// What comes to its node is no longer seen.
+  /// Stops listening to new entities of the component's node.
   void ignore(const Loaded& loaded) { loaded.node()->remove_listener(*this); }
   /// Throws Error if displace() would, before anything has changed.
   void check_removable(const Loaded& loaded) const;
-  /// The executors of the callbacks that it has.
+  /// Starts the executors of the component's callbacks.
   void begin(const Loaded& loaded);
 
  private:

@@ -14,8 +14,8 @@
 
 namespace TAKT_INTERNAL takt {
 
-/// Tells how the lifecycle nodes of the container are, and manages those of its system, if the file
-/// has `lifecycle`.
+/// Sends the heartbeats of the container's lifecycle nodes, and manages the lifecycle nodes of the
+/// system, if the file has `lifecycle`.
 /// Thread safety: `add` from any thread; the rest from the control thread. Real-time: no.
 class ContainerLifecycle {
  public:
@@ -25,14 +25,14 @@ class ContainerLifecycle {
   void make(ContainerExecutors& executors);
   /// nullptr: the file has no `lifecycle`.
   const std::shared_ptr<Node>& node() const noexcept { return node_; }
-  /// If it is a lifecycle node.
+  /// Sends heartbeats for the component if its node is a lifecycle node.
   void add(Loaded& loaded);
 
   void bring_up();
   std::vector<std::string> unconfigured() const;
   void shut_down();
-  /// Those that no manager has shut down: they are not under `bring_up`, or it could not reach
-  /// them. In the reverse order of construction, as the manager does.
+  /// Brings down the lifecycle nodes that no manager has shut down: `bring_up` does not list them,
+  /// or the manager could not reach them. In reverse order of construction.
   void bring_down_rest(UnloadingThreads& threads);
 
  private:
@@ -40,7 +40,7 @@ class ContainerLifecycle {
   const ComponentList& components_;
   std::shared_ptr<Node> node_;
   std::unique_ptr<HeartbeatSender> heartbeats_;
-  std::unique_ptr<LifecycleManager> manager_;  // in one process of the system
+  std::unique_ptr<LifecycleManager> manager_;  // only in one process of the system
 };
 
 }  // namespace takt

@@ -60,9 +60,9 @@ void Container::unload(std::uint64_t id, Nanoseconds limit) {
   std::future<void> done = unloading_threads_->run([this, loaded]() mutable {
     if (LifecycleNode* node = loaded->lifecycle()) node->bring_down();
     remove(loaded);
-    // A look that begins from here on does not find it.
+    // A look that begins from here on does not find the component, see Looks.
     const std::future<void> is_unseen = components_->end_of_looks();
-    loaded.reset();  // the component goes, here or with the last look
+    loaded.reset();  // the component is destroyed, here or with the last look
     is_unseen.wait();
   });
   loaded.reset();
@@ -80,7 +80,7 @@ void Container::unload_here(std::uint64_t id) {
   remove(loaded);
 }
 
-// Callbacks may take their time.
+// May take long: waits for running callbacks.
 void Container::remove(const std::shared_ptr<Loaded>& loaded) {
   try {
     executors_->displace(*loaded);
@@ -88,7 +88,7 @@ void Container::remove(const std::shared_ptr<Loaded>& loaded) {
     components_->set_leaving(*loaded, false);
     throw;
   }
-  // What has been asked for is answered, as dropping a service waits for its callback.
+  // Requests in progress are still answered: destroying a service waits for its callback.
   loaded->services.reset();
   loaded->heartbeat.reset();
   complete(*loaded, *setting_);

@@ -22,7 +22,7 @@ bool may_overrun(const Plan::Callback& callback) {
   return callback.entity->kind() == EntityKind::timer || parameters.budget || parameters.deadline;
 }
 
-/// For errors: those that need no keys of the file.
+/// For error texts. Leaves out schedulers that need keys of the file.
 std::string schedulers_that_heed_demotion() {
   std::vector<std::string> names;
   for (const std::string& name : schedulers().names()) {
@@ -36,7 +36,7 @@ void check_demoted(ContainerSetting& setting, const ContainerExecutors& executor
                    const Plan::Callback& callback) {
   const RunningExecutor& running =
       executors.find(executors.name_for(*callback.node, *callback.entity->group()));
-  if (!running.description.library.empty()) return;  // it sees that, and decides itself
+  if (!running.description.library.empty()) return;  // a library's executor may heed it
   const std::string scheduler = scheduler_of(running.description);
   if (heeds_demotion(scheduler, own_values_of(scheduler, setting.description))) return;
   const std::string what = fmt::format(
@@ -79,7 +79,8 @@ void prepare_modes(ContainerSetting& setting, const ComponentList& components,
   std::map<std::string, Plan::Callback> callbacks;
   std::vector<std::string> names;
   for (const Plan::Callback& callback : components.plan().callbacks) {
-    if (callback.entity->name().find("/resumed") != std::string::npos) continue;  // it follows
+    // The resumption of a coroutine follows the mode of the coroutine.
+    if (callback.entity->name().find("/resumed") != std::string::npos) continue;
     names.push_back(name_in_modes(callback.node, *callback.entity));
     callbacks.emplace(names.back(), callback);
   }

@@ -11,7 +11,7 @@
 namespace takt {
 namespace {
 
-// Whether the file does.
+// Whether the file gives the callback a priority.
 bool gives_priority(const ComponentDescription& component, const Entity& entity) {
   const auto gives = [](const auto& all, const std::string& name) {
     const auto found = all.find(name);
@@ -29,8 +29,8 @@ std::vector<std::shared_ptr<Chain>> make_chains(ContainerSetting& setting,
   if (!setting.errors.empty()) return chains;
   std::vector<std::shared_ptr<Node>> nodes;
   for (const auto& loaded : components.all()) nodes.push_back(loaded->node());
-  // What the file places, it places without chains, too; and so does an overriding type, so that
-  // chains change no comparison.
+  // Groups that the file places on an executor stay there, with or without chains. With an
+  // overriding type all groups do, so that chains do not change a comparison.
   const bool is_overridden = !setting.overrides.executor.empty() && !setting.overrides.is_merged();
   std::vector<const CallbackGroup*> placed;
   for (const auto& loaded : components.all()) {
@@ -71,7 +71,7 @@ void assign(ContainerSetting& setting, ComponentList& components) {
   for (const Plan::Executor& executor : plan.executors) {
     if (!setting.has_thread(executor.name)) {
       setting.description.threads.push_back({executor.thread, {}});
-      // Of a machine that need not be here, see Guarantees::modelled.
+      // The CPUs are those of `machine`, which need not be this machine, see Guarantees::modelled.
       if (setting.is_of_machine() && !setting.is_simulated())
         setting.description.threads.back().attributes.affinity.clear();
     }

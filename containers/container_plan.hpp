@@ -13,14 +13,14 @@ namespace takt {
 /// Makes the plan of the components, and its chains.
 std::vector<std::shared_ptr<Chain>> make_chains(ContainerSetting& setting,
                                                 ComponentList& components);
-/// Applies Takt's assignments where the file gives no value. What it says of `priorities` precedes
-/// the code's own ones.
+/// Applies Takt's assignments where the file gives no value. If the file has `priorities`, they
+/// override the priorities set in the code.
 void assign(ContainerSetting& setting, ComponentList& components);
 /// Checks that the callbacks named by executors exist.
 void check_listed_callbacks(ContainerSetting& setting, const ComponentList& components,
                             const ContainerExecutors& executors);
-/// Checks the modes of the file against the components, which no executor has yet, and gives those
-/// callbacks their handlers whose overrun leads to one.
+/// Checks the modes of the file against the components, which no executor has yet, and installs the
+/// overrun handlers that switch to a mode.
 void prepare_modes(ContainerSetting& setting, const ComponentList& components,
                    const ContainerExecutors& executors);
 

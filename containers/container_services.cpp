@@ -20,8 +20,8 @@ ContainerServices::~ContainerServices() {
   if (setting_.time_source != nullptr) setting_.time_source->set_host(nullptr);
 }
 
-// What watches a program reaches it by a hidden node, as it is none of the program's; one thread
-// serves it.
+// Requests to a program come through a hidden node, which is not one of the program's own; one
+// thread serves them.
 void ContainerServices::make(Container& container) {
   const bool is_program = setting_.is_seen_program();
   NodeOptions options{.clock = setting_.overrides.clock, .time_source = setting_.time_source};
@@ -64,7 +64,7 @@ bool ContainerServices::handle(const FailedCallback& failed) {
   std::string_view node = failed.node, callback = failed.callback;
   if (is_own(node_) || is_own(lifecycle_.node())) {
     policy = OnException::ignore;
-    if (callback.starts_with('/')) {  // of a component, whose name the service has
+    if (callback.starts_with('/')) {  // a service of a component, named after it
       const std::size_t slash = callback.rfind('/');
       node = callback.substr(0, slash);
       callback.remove_prefix(slash + 1);

@@ -14,8 +14,8 @@
 
 namespace TAKT_INTERNAL takt {
 
-/// The container's own node, and what its thread does: requests, exceptions of callbacks, and
-/// switches of the mode.
+/// The container's own node, and the work of its threads: requests, exceptions of callbacks, and
+/// mode switches.
 /// Thread safety: from any thread, after make(). Real-time: no.
 class ContainerServices {
  public:
@@ -30,11 +30,11 @@ class ContainerServices {
   ~ContainerServices();
 
   void make(Container& container);
-  /// Requests to a component.
+  /// Serves requests to a component from now on.
   void serve(Loaded& loaded);
-  /// On the thread of the callback. Whether its executor goes on.
+  /// Handles the exception on the thread of the callback. Returns whether its executor continues.
   bool handle(const FailedCallback& failed);
-  /// Until the mode that is wanted is in force.
+  /// Switches until the requested mode is in force.
   void switch_mode();
 
  private:
@@ -51,7 +51,7 @@ class ContainerServices {
   std::unique_ptr<Diagnostics> diagnostics_;
   std::shared_ptr<void> of_lifecycle_node_;
   std::shared_ptr<GuardCondition> failed_;       // a failed component must leave its executors
-  std::shared_ptr<GuardCondition> mode_wanted_;  // another one than that in force
+  std::shared_ptr<GuardCondition> mode_wanted_;  // the requested mode is not in force
 };
 
 }  // namespace takt

@@ -17,29 +17,30 @@ namespace TAKT_INTERNAL takt {
 
 inline constexpr const char* kServiceThread = "container";
 
-/// What a container is made from, and what there is to say about its run.
+/// The description and the options of a container, and the notes and failures of its run.
 /// Thread safety: `note`, `fail` and `said` from any thread; the constructor of the container alone
 /// changes the rest. Real-time: no.
 struct ContainerSetting {
   ContainerSetting(const SystemDescription& described, const ContainerOverrides& overridden);
   bool is_simulated() const noexcept { return overrides.execution_model != nullptr; }
-  /// Whether CPUs are those of `machine`, and not those of this process: it is analysed or
-  /// simulated.
+  /// Whether CPUs are those of `machine` and not those of this process, because the container is
+  /// analysed or simulated.
   bool is_of_machine() const noexcept {
     return !description.machine.cpus.empty() && (overrides.only_constructs || is_simulated());
   }
-  /// Its container makes its nodes itself, and has DDS.
+  /// Whether the container is of a program that makes its nodes itself, and has DDS.
   bool is_seen_program() const noexcept {
     return overrides.find_node && overrides.participant != nullptr;
   }
-  /// What requests, failed components and simulated time need; with it comes a thread.
+  /// Whether requests, failed components or simulated time need the service node, and so its
+  /// thread.
   bool needs_service_node() const;
   bool has_thread(const std::string& name) const;
   ThreadAttributes thread(const std::string& name) const;
-  /// Of a node of the container itself.
+  /// The name for one of the container's own nodes.
   std::string own_name(const char* ending) const;
   void throw_errors() const;
-  /// Empty: there is nothing to say.
+  /// Ignores an empty text.
   void note(std::string text);
   void fail(std::string text);
 
@@ -48,7 +49,7 @@ struct ContainerSetting {
   std::vector<std::string> errors;  // of the set-up, before start
   std::shared_ptr<Participant> participant;
   std::shared_ptr<TimeSource> time_source;  // of the components; nullptr: there is no service node
-  const std::shared_ptr<Modes> modes;       // components and handlers have it, too
+  const std::shared_ptr<Modes> modes;       // shared with components and handlers
   struct Said {
     std::vector<std::string> notes, failures;
   };

@@ -1,4 +1,4 @@
-// What a container has done so far, while it runs.
+// The statistics of a running container.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cstdlib>
@@ -72,7 +72,7 @@ std::vector<GetStatistics::Topic> topics_of(const Response& response,
     topic.dropped += callback.dropped;
   }
   for (const EndpointState& endpoint : endpoints) {
-    if (!endpoint.topic.starts_with('/')) continue;  // of a service
+    if (!endpoint.topic.starts_with('/')) continue;  // an endpoint of a service
     GetStatistics::Topic& topic = topics[endpoint.topic];
     topic.type = endpoint.type;
     topic.publishers += endpoint.is_writer ? 1 : 0;
@@ -87,8 +87,8 @@ std::vector<GetStatistics::Topic> topics_of(const Response& response,
   return rows;
 }
 
-// The parameters in force, which may change while it runs; and what executors keep for their
-// results of callbacks that are gone does not run any more.
+// Adds the parameters in force, which may change at run time. Leaves out removed callbacks, which
+// executors keep only for their results.
 void complete_living(const ComponentList& components,
                      std::vector<GetStatistics::Callback>& callbacks) {
   std::multimap<std::pair<std::string, std::string>, std::size_t> rows;

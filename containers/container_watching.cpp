@@ -16,7 +16,8 @@ namespace {
 
 constexpr auto kBetweenLooks = std::chrono::seconds(1);
 
-/// How the CPUs of this process differ from `machine: cpus`; empty: not, or all threads are bound.
+/// How the CPUs of this process differ from `machine: cpus`; empty: they do not, or all threads
+/// have an affinity.
 std::string other_cpus(const SystemDescription& description) {
   const std::set<int> stated(description.machine.cpus.begin(), description.machine.cpus.end());
   const std::set<int> here(available_cpus().begin(), available_cpus().end());
@@ -60,7 +61,7 @@ void ContainerWatch::make(const ModelledProcess& process,
   if (const std::string other = other_cpus(setting_.description); !other.empty())
     watch->differs(other);
   *watch_.lock() = std::move(watch);
-  // It may be started otherwise than it was analysed: with another executor, or on other CPUs.
+  // The process may run otherwise than it was analysed: with another executor, or on other CPUs.
   for (std::size_t i = 0; i < model.chains.size(); ++i) {
     const SystemModel::Chain& chain = model.chains[i];
     const ModelBounds::Chain& bound = bounds.chains[i];

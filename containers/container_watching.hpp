@@ -14,7 +14,8 @@
 
 namespace TAKT_INTERNAL takt {
 
-/// The BoundWatch of a container, if it has one, and when that looks. Without one, nothing happens.
+/// The BoundWatch of a container, and the times of its checks. Without a BoundWatch, all functions
+/// do nothing.
 /// Thread safety: `changed` and `add_to` from any thread; the rest from the control thread.
 /// Real-time: no.
 class ContainerWatch {
@@ -24,13 +25,13 @@ class ContainerWatch {
   ContainerWatch(ContainerSetting& setting, const RunningExecutors& running, const Chains& chains);
   ~ContainerWatch();
 
-  /// Makes it. The executors have the callbacks, but do not run them yet.
+  /// Creates the BoundWatch. Call it when executors have the callbacks but do not run them yet.
   void make(const ModelledProcess& process, const std::vector<PlannedChain>& planned);
   void begin();
-  /// Looks if it is time to, and returns when it is next.
+  /// Calls look() once a second at most, and returns when to call this again.
   TimePoint look_in_time();
   void look(bool is_over = false);
-  /// What the analysis has assumed has changed.
+  /// Reports a change at run time that the analysis does not cover.
   void changed(const std::string& what);
   void add_to(ProcessResult& result) const;
   void add_to(GetStatistics::Response& now) const;

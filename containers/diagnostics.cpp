@@ -128,7 +128,7 @@ Diagnostics::Diagnostics(const Container& container, Node& host,
           "diagnostics", 1s, [this] { look(); }, std::move(group))) {
   timer_->cancel();
   publisher_->events()->set_listener(EndpointEvent::matched, this);
-  happened();  // somebody may have come before
+  happened();  // a subscription may have come before
 }
 
 Diagnostics::~Diagnostics() {
@@ -136,7 +136,7 @@ Diagnostics::~Diagnostics() {
   wait_for_readers();
 }
 
-// The publisher itself counts a subscription only after it has said that it comes.
+// By the event's status: the publisher's own count changes only after the matched event.
 bool Diagnostics::is_wanted() const noexcept {
   return publisher_->events()->status(MatchedStatus()).current_count > 0;
 }
@@ -150,7 +150,7 @@ void Diagnostics::look() {
   if (!is_wanted()) {
     before_ = {};
     timer_->cancel();
-    return happened();  // somebody may have come meanwhile
+    return happened();  // a subscription may have come meanwhile
   }
   GetStatistics::Response now = container_.statistics();
   if (before_.pid != 0) {

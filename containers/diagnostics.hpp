@@ -17,11 +17,11 @@ class Container;
 
 inline constexpr const char* kDiagnosticsTopic = "/diagnostics";
 
-/// A status for the container, each executor, each callback and each chain, once a second while
-/// somebody subscribes, as a publisher of the host, in a group that may run code of users: the
-/// destructor of a node whose last pointer it holds. WARN: deadlines were missed or messages
-/// dropped in the last second. While nobody subscribes, nothing runs or wakes up. Thread safety: as
-/// Node. Real-time: no.
+/// Publishes a status of the container, of each executor, callback and chain once a second while
+/// somebody subscribes; the publisher belongs to the host. The timer's group may run code of users:
+/// it may drop the last pointer to a node, and so run its destructor. WARN: deadlines were missed
+/// or messages dropped in the last second. While nobody subscribes, nothing runs or wakes up.
+/// Thread safety: as Node. Real-time: no.
 class Diagnostics final : private EndpointEvents::Listener {
  public:
   Diagnostics(const Container& container, Node& host, std::shared_ptr<CallbackGroup> group);
@@ -37,11 +37,11 @@ class Diagnostics final : private EndpointEvents::Listener {
   const Container& container_;
   const Node& host_;
   const std::shared_ptr<Publisher<diagnostic_msgs::msg::DiagnosticArray>> publisher_;
-  GetStatistics::Response before_;  // when it last looked
+  GetStatistics::Response before_;  // at the timer's last release
   const std::shared_ptr<Timer> timer_;
 };
 
-/// What it publishes of two answers; `host` begins each name.
+/// The message for the interval between two answers; each name in it begins with `host`.
 diagnostic_msgs::msg::DiagnosticArray diagnostics_of(const std::string& host,
                                                      const GetStatistics::Response& before,
                                                      const GetStatistics::Response& now);

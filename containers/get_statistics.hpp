@@ -15,8 +15,8 @@ namespace TAKT_PUBLIC takt {
 
 /// The service `/CONTAINER/get_statistics`. A container has it where it has
 /// SetCallbackParameters. All counts are since the start: rates and percentiles of an interval
-/// are the difference of two answers. Nothing is done for it while nobody asks, and the threads of
-/// executors do nothing for it at any time.
+/// are the difference of two answers. It costs nothing while nobody asks, and the threads of
+/// executors never work for it.
 struct GetStatistics {
   /// A histogram: its buckets that are not empty.
   struct Times {
@@ -26,13 +26,13 @@ struct GetStatistics {
     std::vector<std::uint32_t> counts;
 
     static Times of(const Histogram& histogram);
-    /// The part that has come since `before`, where minimum and maximum are as exact as buckets.
+    /// The samples since `before`; minimum and maximum are only as exact as the buckets.
     /// The numbers may be untrusted input.
     Histogram since(const Times& before) const;
   };
   /// A thread, with what the kernel says of it.
   struct Thread {
-    std::string executor;  // that has its callbacks run here; empty: none
+    std::string executor;  // whose callbacks run on this thread; empty: none
     std::string name;
     std::int32_t tid = 0;
     std::string policy;
@@ -63,15 +63,15 @@ struct GetStatistics {
     std::string name, type;
     std::uint32_t publishers = 0, subscriptions = 0;  // of this process
     std::uint32_t outside = 0;                        // their matches in other processes
-    std::uint64_t messages = 0;                       // that this process knows of
+    std::uint64_t messages = 0;                       // that this process has counted
     std::uint64_t dropped = 0;                        // by its subscriptions
   };
-  /// Something that was not as the analysis of the file assumes. It keeps its place in the list;
-  /// its text may change with the worst that was seen.
+  /// An assumption of the analysis that did not hold. It keeps its place in the list; its text
+  /// changes when a worse case is seen.
   struct Deviation {
     std::string id;  // the assumption, see `takt analyze`; "bound": a bound was exceeded
     std::string text;
-    std::vector<std::string> chains;  // whose bounds rest on it
+    std::vector<std::string> chains;  // whose bounds depend on it
     std::uint64_t count = 0;
   };
   struct Request {};

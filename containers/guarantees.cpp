@@ -13,14 +13,14 @@
 namespace takt {
 namespace {
 
-/// The threads that executors which isolate give to a node, or would give to one that they do not
-/// have yet.
+/// The threads that executors of the type `isolated` give to a node, or would give to a node that
+/// they do not have yet.
 /// Thread safety: none. Real-time: no.
 class ThreadsOfIsolated {
  public:
   explicit ThreadsOfIsolated(std::shared_ptr<Node> node) : node_(std::move(node)) {}
 
-  /// nullopt: this one does not isolate.
+  /// nullopt: the executor does not isolate.
   std::optional<ModelledProcess::Callback::Thread> find(
       const Executor& executor, const std::shared_ptr<CallbackGroup>& group) {
     const auto* const isolated = dynamic_cast<const IsolatedExecutor*>(&executor);
@@ -35,7 +35,7 @@ class ThreadsOfIsolated {
 
  private:
   const std::shared_ptr<Node> node_;
-  // What they have been asked for, in this order: they make children in it.
+  // The groups asked for so far: executors create their children in this order.
   std::map<const IsolatedExecutor*, std::vector<const CallbackGroup*>> asked_;
 };
 
@@ -114,7 +114,7 @@ void Guarantees::add_callbacks(const Loaded& loaded, ModelledProcess& process) c
     }
   }
   ThreadsOfIsolated threads(loaded.node());
-  for (const auto& group : loaded.node()->groups()) {  // these come first, see place()
+  for (const auto& group : loaded.node()->groups()) {  // place() adds these first
     if (loaded.own_executor(*group).empty()) continue;
     threads.find(*executors_.find(executors_.name_for(loaded, *group)).executor, group);
   }
@@ -174,7 +174,7 @@ Guarantees::Errors Guarantees::too_much(const Loaded* more) const {
   for (const ExecutorDescription& executor : executors_.described()) {
     const auto found = all.find(executor.name);
     if (found == all.end() || executors().traits(executor.type).isolates)
-      continue;  // a thread each
+      continue;  // a thread for each node or group
     const double capacity = capacity_of(setting_, executor);
     const double utilisation = found->second;
     if (utilisation <= capacity) continue;

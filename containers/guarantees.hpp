@@ -15,8 +15,8 @@
 
 namespace TAKT_INTERNAL takt {
 
-/// The model of a container's process, what would no longer be guaranteed if it changed, and what
-/// its executors could not serve at all.
+/// The model of a container's process: which guarantees a change would break, and which executors
+/// it would overload.
 /// Thread safety: from any thread. Real-time: no.
 class Guarantees {
  public:
@@ -28,10 +28,11 @@ class Guarantees {
       : setting_(setting), components_(components), executors_(executors) {}
 
   ModelledProcess modelled() const;
-  /// Of the callbacks that have a budget and a period, by executor; 1.0: one CPU. `more`: as if it
-  /// had these, too, of a component that is not in the list.
+  /// By executor, of the callbacks that have a budget and a period; 1.0: one CPU. `more`: a
+  /// component that is not in the list, and counts, too.
   std::map<std::string, double> utilisation(const Loaded* more = nullptr) const;
-  /// Executors that have less than their callbacks need, in any scheduling order.
+  /// An error for each executor whose callbacks need more CPU time than it has, whatever its
+  /// scheduler.
   Errors too_much(const Loaded* more = nullptr) const;
   /// The chains that would not be guaranteed any more with this component, but are without it.
   Errors lost_by(const Loaded& loaded) const;

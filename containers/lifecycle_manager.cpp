@@ -238,7 +238,7 @@ void LifecycleManager::ask(Managed& node, std::string_view transition) {
         const std::lock_guard lock(mutex_);
         if (!node.is_asked || node.call != call) return;  // the node was lost meanwhile
         node.is_asked = false;
-        if (response == nullptr) {  // its heartbeats show its state
+        if (response == nullptr) {  // timed out: heartbeats will show its state
           log(LogLevel::warn, "lifecycle: {} has not answered for {} s: {}", node.name,
               kTimeout / std::chrono::seconds(1), label);
           return;

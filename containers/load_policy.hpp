@@ -22,9 +22,11 @@ struct LoadPolicy {
     any,    // every library
   };
   Kind kind = Kind::index;
-  bool is_given = false;   // by the owner, who says so in the file or in an option
-  std::string privileges;  // see privileges(); set: nothing is loaded, as the owner does not say so
-  std::string recordings;  // folder of the files that components may use; empty: none
+  bool is_given = false;  // the owner states the policy, in the file or by an option
+  // See privileges(). Not empty: nothing is loaded, as the owner has not allowed it with these
+  // rights.
+  std::string privileges;
+  std::string recordings;              // folder of the files that components may use; empty: none
   std::vector<std::string> libraries;  // named in the file; as real_library() returns them
   std::vector<std::string> folders;    // with their subfolders; as real_folder() returns them
 

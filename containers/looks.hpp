@@ -11,14 +11,15 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// A look may keep pointers to components, and so must end before one that is unloaded is
-/// destroyed. Thread safety: none, but a look may end on any thread. Real-time: no.
+/// Readers of a container's component list, as in RCU: a look may keep pointers to components, so
+/// unloading a component waits for all looks that have begun before. Thread safety: none, but a
+/// look may end on any thread. Real-time: no.
 class Looks {
  public:
-  /// A look, until it is dropped: after the pointers that were found meanwhile.
+  /// A look ends when this is dropped. Drop it after the pointers that the look has found.
   using Look = std::shared_ptr<const void>;
   Look begin() const { return present_; }
-  /// Ready when all that have begun so far have ended.
+  /// Ready when all looks that have begun so far have ended.
   std::future<void> end_of_present() {
     const auto past = std::exchange(present_, std::make_shared<Generation>());
     past->next = present_;
@@ -28,7 +29,7 @@ class Looks {
  private:
   struct Generation {
     ~Generation() { over.set_value(); }
-    std::shared_ptr<Generation> next;  // so the later ones end after it
+    std::shared_ptr<Generation> next;  // so that generations end in order
     std::promise<void> over;
   };
   std::shared_ptr<Generation> present_ = std::make_shared<Generation>();

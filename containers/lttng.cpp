@@ -26,13 +26,13 @@ bool is_asked_by_environment() {
 }  // namespace
 
 std::string load_tracepoints_if_asked(const SystemDescription* system) {
-  if (tracepoints() != nullptr) return {};  // of a program, whose containers ask again
+  if (tracepoints() != nullptr) return {};  // loaded before, by the program
   const ThreadDescription* const thread =
       system != nullptr ? find_thread(*system, "lttng") : nullptr;
   if (!is_asked_by_environment() && thread == nullptr) return {};
   std::string refused;
   std::exception_ptr error;
-  // LTTng's threads inherit what the one has that makes them.
+  // LTTng's threads inherit the attributes of the thread that creates them.
   std::thread maker([&] {
     try {
       if (thread != nullptr) refused = apply(thread->attributes, system->realtime).refused;

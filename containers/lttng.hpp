@@ -11,9 +11,9 @@
 namespace TAKT_INTERNAL takt {
 
 /// Loads the tracepoints if the system has a thread `lttng`, whose attributes LTTng's threads get,
-/// or the environment says TAKT_LTTNG=1. Before the first node. Returns what Linux refused of the
-/// attributes, or nothing. Throws Error if they cannot be loaded. Thread safety: from any thread.
-/// Real-time: no.
+/// or the environment says TAKT_LTTNG=1. Call it before the first node is made. Returns the
+/// attributes that Linux refused, or nothing. Throws Error if the tracepoints cannot be loaded.
+/// Thread safety: from any thread. Real-time: no.
 std::string load_tracepoints_if_asked(const SystemDescription* system);
 
 }  // namespace takt

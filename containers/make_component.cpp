@@ -18,7 +18,7 @@ namespace {
 // the last error says so.
 constexpr std::size_t kMostErrors = 100;
 
-// A launch file gives its rules to each of its components.
+// Only a note: a launch file gives its remap rules to each of its components.
 void note_unused_remaps(const Node& node, const std::vector<std::string>& unused) {
   // Limit: remap rules without a topic that a component's note names. At it: the others are
   // counted. Seen: the note.
@@ -38,7 +38,7 @@ void note_unused_remaps(const Node& node, const std::vector<std::string>& unused
 // topics.
 void check_names(const ComponentDescription& component, const Node& node,
                  std::vector<std::string>& errors) {
-  // Returns false when there are enough.
+  // Returns false when there are enough errors.
   const auto add = [&](const SourceLine& where, std::string_view what, const std::string& name,
                        const std::string& what_to_do) {
     errors.push_back(
@@ -183,7 +183,8 @@ std::shared_ptr<Loaded> make_component(const ContainerSetting& setting,
 void make_components(ContainerSetting& setting, ComponentList& components) {
   const ContainerOverrides& overrides = setting.overrides;
   for (const ComponentDescription& component : setting.description.components) {
-    if (overrides.find_node && overrides.find_node(component) == nullptr) continue;  // not yet
+    // A node that the program has not made yet is left out.
+    if (overrides.find_node && overrides.find_node(component) == nullptr) continue;
     if (const auto loaded = make_component(setting, component, setting.errors))
       components.add(loaded);
   }

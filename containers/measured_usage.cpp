@@ -11,7 +11,7 @@
 namespace takt {
 namespace {
 
-// Adds (or subtracts) the kernel's counters of a thread. False: it has ended.
+// Adds (or subtracts) the kernel's counters of a thread. Returns false if the thread has ended.
 bool read_counters(int tid, ThreadStatistics& thread, int sign) {
   const auto usage = thread_usage(tid);
   if (!usage) return false;

@@ -12,8 +12,8 @@
 
 namespace TAKT_INTERNAL takt {
 
-/// The measured time is from release to hold, for the process and for each of its threads: an
-/// executor spins before and after, and a share of a longer time is another one.
+/// The measured time is from release to hold, for the process and for each of its threads.
+/// Executors also spin before and after it, which must not count in their CPU shares.
 /// Thread safety: one control thread. Real-time: no.
 class MeasuredUsage {
  public:
@@ -23,7 +23,7 @@ class MeasuredUsage {
   bool has_ended() const noexcept { return end_ != TimePoint{}; }
   TimePoint begun() const noexcept { return begin_; }
   void complete(ThreadStatistics& thread) const;
-  /// The process, and the threads of Cyclone.
+  /// Adds the figures of the process and of Cyclone's threads.
   void add_to(ProcessResult& result) const;
 
  private:

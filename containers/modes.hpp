@@ -25,10 +25,10 @@ namespace TAKT_INTERNAL takt {
 /// 1. An overrun, a component or the service writes the mode that it wants into one word, with the
 ///    reason, and wakes a thread of the container.
 /// 2. That thread changes `serving` of the callbacks that are served otherwise in that mode. Their
-///    executors take this as they take all parameters: at their next dispatch.
-/// 3. It looks at the word again, until what is wanted is in force.
+///    executors apply this as any other parameter: at their next dispatch.
+/// 3. The thread reads the word again, until the requested mode is in force.
 ///
-/// An overrun never leads back: only to modes further down in the file than the one that is wanted.
+/// An overrun never switches back: only to modes further down in the file than the requested one.
 /// Thread safety: from any thread.
 /// Real-time: request and overrun neither allocate nor block; the rest does.
 class Modes {
@@ -40,26 +40,27 @@ class Modes {
 
   explicit Modes(const std::vector<ModeDescription>& described);
 
-  /// For a component. False: no mode is called so.
+  /// For components. Returns false if there is no such mode.
   bool request(std::string_view name) noexcept;
-  /// A callback has overrun that leads to the mode of this number.
+  /// A callback overran, which leads to the mode of this number.
   void overrun(std::size_t mode) noexcept;
-  /// For the service, which then has to follow. Throws Error, which lists the names.
+  /// For the service, which must call follow() afterwards. Throws Error, which lists the names, if
+  /// there is no such mode.
   void want(const std::string& name);
-  /// The same, before anything runs: it is in force.
+  /// The same before anything runs: the mode is in force at once.
   void begin_in(const std::string& name);
-  /// What `request` and `overrun` wake; it lives as long as they are called, or until nullptr
-  /// takes its place. What was wanted before is not in force yet, so it is woken.
+  /// `request` and `overrun` trigger this guard condition. It must live as long as they are called,
+  /// or until nullptr replaces it. It is triggered at once, for a mode that was requested before.
   void set_waker(GuardCondition* waker) noexcept {
     waker_.store(waker);
     wake();
   }
 
-  /// How the callback "node/callback" is served in the mode of this number. What a coroutine has
-  /// begun ends: of one that is dropped, it is demoted.
+  /// How the callback "node/callback" is served in the mode of this number. A coroutine that has
+  /// begun still ends: if its callback is dropped, what is left of it is demoted.
   Serving serving(std::size_t mode, const std::string& callback) const;
-  /// Applies what is wanted: `apply(number)` for each mode that comes into force. One thread at a
-  /// time. What `apply` throws leaves it, and the mode stays.
+  /// Brings the requested mode into force: calls `apply(number)` for each mode on the way. One
+  /// thread at a time. If `apply` throws, the exception leaves this function, and the mode stays.
   template <class Apply>
   void follow(Clock& clock, Apply&& apply) {
     const std::lock_guard lock(mutex_);
@@ -72,21 +73,21 @@ class Modes {
   }
   /// Serves the callbacks of the node as the mode of this number says.
   void serve_as_in(std::size_t mode, const std::shared_ptr<Node>& node) const;
-  /// As that in force says, which does not change meanwhile.
+  /// Serves the node's callbacks as the mode in force says, which does not change meanwhile.
   void serve_as_in_force(const std::shared_ptr<Node>& node) const;
 
   /// The process in the mode of this number, for make_system_model.
   ModelledProcess modelled(std::size_t mode, ModelledProcess process) const;
 
   std::string in_force() const;
-  /// `start`: of the timers.
+  /// `start`: when the timers started.
   std::vector<ProcessResult::ModeSwitch> switches(TimePoint start = {}) const;
   std::vector<std::string> names() const;
-  /// One for each mode, the first of them without changes.
+  /// All modes; the first one is "normal", without changes.
   const std::vector<ModeDescription>& all() const noexcept { return modes_; }
 
  private:
-  struct alignas(8) Wanted {  // as a whole: clang calls a library for less
+  struct alignas(8) Wanted {  // aligned: else clang's atomic calls a library
     std::uint32_t mode = 0;
     Cause cause = Cause::service;
   };
@@ -105,8 +106,8 @@ class Modes {
 /// As a file names a callback: "node/callback".
 std::string name_in_modes(const std::shared_ptr<Node>& node, const Entity& entity);
 
-/// The handler of overruns and missed deadlines that leads to a mode; it calls the one that the
-/// callback has besides.
+/// A handler of overruns and missed deadlines that requests a mode, then calls the callback's own
+/// handler.
 struct OverrunLeadsToMode {
   std::shared_ptr<Modes> modes;
   std::size_t mode;
@@ -116,7 +117,7 @@ struct OverrunLeadsToMode {
     if (besides) besides(report);
   }
 };
-/// Whether code of a user handles it.
+/// Whether the handler calls code of a user.
 bool is_of_user(const OverrunHandler& handler);
 
 }  // namespace takt

@@ -43,7 +43,8 @@ std::vector<OneSidedTopic> one_sided_topics(Participant* participant) {
     return !topic.first.starts_with('/') ||
            (!nodes.publishing.empty() && !nodes.subscribing.empty());
   });
-  // Most have matches; the graph of a large system is large, and all its processes look at once.
+  // First leave out topics with matches, which are most: the graph of a large system is large, and
+  // all its processes read it at the same time.
   if (participant != nullptr && !topics.empty()) {
     for (const EndpointState& end : participant->endpoints()) {
       if (end.matched != 0) topics.erase(end.topic);

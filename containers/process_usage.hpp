@@ -13,8 +13,8 @@
 
 namespace TAKT_INTERNAL takt {
 
-/// The CPU time of all threads of this process (0), also of those that have ended; or of those that
-/// another process has now.
+/// The CPU time of all threads of this process (0), including ended ones; of another process, only
+/// of the threads that it has now.
 Nanoseconds process_cpu_time(pid_t process = 0);
 
 /// What the kernel has counted of a thread of this process since its start.
@@ -22,11 +22,11 @@ struct ThreadUsage {
   Nanoseconds cpu_time{0};
   std::uint64_t voluntary_switches = 0, involuntary_switches = 0;
 };
-/// Nothing if it has ended.
+/// nullopt: the thread has ended.
 std::optional<ThreadUsage> thread_usage(int tid);
 
-/// The memory of a process (0: this one), of which shared pages count in proportion; 0 if the
-/// kernel does not tell.
+/// The proportional set size of a process (0: this one): shared pages count in proportion. 0: the
+/// kernel does not report it.
 std::uint64_t proportional_set_size_kb(pid_t process = 0);
 
 }  // namespace takt

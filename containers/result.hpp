@@ -19,7 +19,7 @@ struct ProcessResult {
   struct Callback {
     std::string executor;
     CallbackStatistics statistics;
-    std::string process = {};  // of this and others: where several are put together
+    std::string process = {};  // here and below: set where results of several processes are merged
   };
   struct Thread {
     std::string executor;
@@ -42,12 +42,12 @@ struct ProcessResult {
     std::string process = {};
   };
 
-  /// Something that the analysis has assumed, and that was otherwise: see BoundWatch.
+  /// An assumption of the analysis that did not hold, or a bound that was exceeded: see BoundWatch.
   struct Deviation {
-    std::string id;  // of the assumption; "bound": of none
+    std::string id;  // of the assumption; "bound": a bound was exceeded
     std::string text;
     std::uint64_t count = 0;
-    std::vector<std::string> chains = {};  // whose bounds rest on it
+    std::vector<std::string> chains = {};  // whose bounds depend on it
     std::string process = {};
   };
 
@@ -55,8 +55,8 @@ struct ProcessResult {
   struct ModeSwitch {
     std::string mode, cause;
     Nanoseconds after{0};  // the start of the timers
-    /// By the clock of the executors. What a thread picks after `end_ns` is served as the mode
-    /// says.
+    /// By the clock of the executors. Callbacks that a thread picks after `end_ns` are served as
+    /// the new mode says.
     std::int64_t begin_ns = 0, end_ns = 0;
     std::string process = {};
   };

@@ -75,7 +75,7 @@ bool RunningExecutors::spin(RunningExecutor& running) {
     running.has_ended.store(true);
     if (running.exception != nullptr && on_failure_) on_failure_();
   });
-  running.has_begun.store(true);  // not if there is no thread to be had: the next one may be
+  running.has_begun.store(true);  // not set if std::thread throws: the next call may succeed
   while (!running.executor->is_spinning() && !running.has_ended.load()) {
     std::this_thread::sleep_for(std::chrono::microseconds(100));
   }

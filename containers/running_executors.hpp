@@ -22,14 +22,14 @@ struct RunningExecutor {
   std::string name;
   ExecutorDescription description;  // what it was made from, with the overrides
   std::unique_ptr<Executor> executor;
-  std::string differs;  // how it is not as the file has it, with an overriding type
+  std::string differs;  // what an overriding type cannot use of the file
   bool is_own = false;  // serves the container itself: requests or lifecycle
   std::thread thread;
   std::atomic<bool> has_begun{false}, has_ended{false};
   std::exception_ptr exception;  // read when `has_ended`
 };
 
-/// The name of its scheduler: the file's, or else that of its type.
+/// The name of an executor's scheduler: from the file, or else the default of its type.
 std::string scheduler_of(const ExecutorDescription& made);
 
 /// Each executor begins to spin when it is first needed, so one that serves nobody has no thread.
@@ -41,25 +41,26 @@ class RunningExecutors {
   /// All of them. The first one was added first.
   auto begin() const noexcept { return all_.begin(); }
   auto end() const noexcept { return all_.end(); }
-  /// There is one with this name.
+  /// The executor with this name, which must exist.
   RunningExecutor& named(const std::string& name) const;
-  /// Of these and the next two, the container's own ones are none: heartbeats keep them busy.
+  /// The next three functions leave out the container's own executors: heartbeats keep them busy.
   std::vector<std::string> names() const;
   /// Callbacks that are ready or running.
   std::size_t pending() const noexcept;
   std::vector<int> threads_of_callbacks() const;
 
-  /// Executors may begin. An exception of a callback goes to the handler, and what ends an executor
-  /// to `on_failure`, on that executor's thread. If the clock has CPUs, each takes part in it
-  /// before the next one begins: their order is always the same.
+  /// From now on, executors may start. The handler gets exceptions of callbacks; if an exception
+  /// ends an executor, `on_failure` is called on its thread. If the clock has CPUs, each executor
+  /// joins it before the next one starts, so that their order is deterministic.
   void start(Realtime realtime, Clock& clock, ExceptionHandler handler,
              std::function<void()> on_failure);
-  /// Between start() and cancel(): unless it has begun before, waits until it spins, and returns
-  /// true. Throws std::system_error if there is no thread to be had; then it has not begun.
+  /// Between start() and cancel(): starts the executor unless it has begun before, waits until it
+  /// spins, and returns true. Throws std::system_error if no thread can be created; then the
+  /// executor has not begun.
   bool spin(RunningExecutor& running);
-  /// Ends those that spin, without waiting; no other begins.
+  /// Ends all executors that spin, without waiting; no other one starts.
   void cancel() noexcept;
-  /// Waits until they have ended; returns the first exception that ended one, or nullptr.
+  /// Waits until all executors have ended; returns the first exception that ended one, or nullptr.
   std::exception_ptr join();
 
  private:

@@ -27,7 +27,7 @@ std::int64_t ns_of(TimePoint time) {
   return time.time_since_epoch().count();
 }
 
-// The part of a page.
+// The elements of one page.
 template <class T>
 std::vector<T> page_of(const std::vector<T>& all, std::size_t page) {
   const auto at = [&](std::size_t place) {
@@ -139,7 +139,7 @@ void RunningTrace::start(const std::string& clock) {
 
 void RunningTrace::stop(TraceContainer::Response& answer) {
   if (begun_ == nullptr && kept_) {
-    answer = kept_->stopped;  // the last one could not write it
+    answer = kept_->stopped;  // the previous client could not write the trace
     return;
   }
   if (begun_ == nullptr) {

@@ -1,4 +1,4 @@
-// What TraceContainer does. Private to the container's files.
+// Implements TraceContainer. Private to the container's files.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_RUNNING_TRACE_HPP_
 #define TAKT_CONTAINERS_RUNNING_TRACE_HPP_
@@ -27,7 +27,7 @@ class RunningTrace {
   ~RunningTrace();
   RunningTrace(const RunningTrace&) = delete;
   RunningTrace& operator=(const RunningTrace&) = delete;
-  /// What is wrong is said in the answer.
+  /// The answer reports errors.
   TraceContainer::Response serve(const TraceContainer::Request& request);
 
  private:
@@ -47,7 +47,7 @@ class RunningTrace {
   RunningExecutors& executors_;
   std::mutex mutex_;  // guards what follows
   std::unique_ptr<Begun> begun_;
-  /// What waits to be written.
+  /// A stopped trace, which the client has not written yet.
   struct Kept {
     Kept(TraceContainer::Response answer, std::vector<TraceContainer::Event> all,
          std::vector<TraceContainer::Switch> of_kernel)

@@ -1,4 +1,4 @@
-// SetMode: the service that leads a container to another mode.
+// SetMode: the service that switches a container to another mode.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_SET_MODE_HPP_
 #define TAKT_CONTAINERS_SET_MODE_HPP_

@@ -13,14 +13,14 @@ using Interval = StatisticsInterval;
 
 constexpr double kNsPerSecond = 1e9;
 
-/// The rows of an answer by what identifies them.
+/// The rows of the earlier answer, by their key.
 template <class Row, class Key>
 class Earlier {
  public:
   Earlier(const std::vector<Row>& rows, Key key) : key_(key) {
     for (const Row& row : rows) rows_.emplace(key(row), &row);
   }
-  /// An empty one if it is new.
+  /// The earlier row with the same key; an empty row if there is none.
   const Row& of(const Row& row) const {
     static const Row none;
     const auto known = rows_.find(key_(row));
@@ -32,7 +32,7 @@ class Earlier {
   std::map<std::invoke_result_t<Key, const Row&>, const Row*> rows_;
 };
 
-// What goes back has begun again: as with a callback that was removed and added.
+// A counter that has decreased was reset, for example because its callback was removed and added.
 std::uint64_t grown(std::uint64_t before, std::uint64_t now) noexcept {
   return now - std::min(now, before);
 }
@@ -170,7 +170,7 @@ class Difference {
 
   void deviations() {
     result_.watches_bounds = now_.watches_bounds;
-    for (std::size_t i = 0; i < now_.deviations.size(); ++i) {  // each keeps its place
+    for (std::size_t i = 0; i < now_.deviations.size(); ++i) {  // deviations keep their places
       const GetStatistics::Deviation& now = now_.deviations[i];
       const bool is_known = i < before_.deviations.size();
       const std::uint64_t before = is_known ? before_.deviations[i].count : 0;

@@ -21,7 +21,7 @@ struct StatisticsInterval {
     explicit Times(const Histogram& part);
     Times() = default;
   };
-  /// Of callbacks; in a row of the interval, and since the start.
+  /// Of callbacks. In each row, `faults` are of the interval, and `all_faults` since the start.
   struct Faults {
     std::uint64_t deadline_misses = 0, overruns = 0, dropped = 0;
   };
@@ -83,8 +83,8 @@ inline constexpr auto kFields<StatisticsInterval::ChainFaults> =
     std::tuple{sum("misses", &StatisticsInterval::ChainFaults::misses, ""),
                sum("aborted", &StatisticsInterval::ChainFaults::aborted, "")};
 
-/// Where `before` is of another process, or empty, the interval is that since `now`'s start, and
-/// its rates are 0: nobody knows for how long it has run.
+/// If `before` is empty or of another process, the interval begins at the start of `now`'s process,
+/// and all rates are 0, because its run time is not known.
 StatisticsInterval interval(const GetStatistics::Response& before,
                             const GetStatistics::Response& now);
 

@@ -37,7 +37,7 @@ std::string topic_of(const Plan& plan, const Node& node, const std::string& call
   return found != plan.callbacks.end() ? found->entity->topic() : "";
 }
 
-/// Of the whole chain: a part of one has none of its own.
+/// The deadline of the whole chain: a part in one process has none of its own.
 Nanoseconds deadline_of(const PlannedChain& chain, const SystemDescription& description) {
   for (const ChainDescription& described : description.chains) {
     if (described.options.name == chain.options.name) return described.options.deadline;

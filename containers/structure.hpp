@@ -1,4 +1,4 @@
-// What a container is made of: executors, threads, nodes and chains; and the service that tells it.
+// The parts of a container: executors, threads, nodes and chains; and the service that lists them.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_STRUCTURE_HPP_
 #define TAKT_CONTAINERS_STRUCTURE_HPP_
@@ -14,7 +14,8 @@ namespace TAKT_PUBLIC takt {
 
 class Container;
 
-/// As the file describes it, completed with what Takt assigns; without the container's own parts.
+/// A container as its file describes it, completed with Takt's assignments; without the container's
+/// own executors, threads and nodes.
 struct ContainerStructure {
   struct Thread {
     std::string name, policy;
@@ -28,13 +29,14 @@ struct ContainerStructure {
   struct Callback {
     std::string node, name, executor;
   };
-  /// Messages a second on a topic, where the node says which timer's callbacks publish them.
+  /// Messages per second on a topic, from the periods of the callbacks that the node declares as
+  /// its publishers.
   struct Rate {
     std::string node, topic;
     double hz = 0;
   };
   struct Step {
-    std::string node, callback, topic;  // no topic: it is no subscription
+    std::string node, callback, topic;  // no topic: not a subscription
   };
   /// The part of a chain in this process.
   struct Chain {

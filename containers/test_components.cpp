@@ -29,7 +29,7 @@ struct Crashing {
 #include <unistd.h>
 
 namespace {
-// What no program can protect itself from that loads it.
+// An initialiser against which no program that loads this library can protect itself.
 const int initialised = [] {
 #if defined TAKT_TEST_THROWS
   throw std::runtime_error("no camera");

@@ -26,7 +26,7 @@ bool register_broken(const char* name, Thrown thrown) {
     register_broken("never_made", std::runtime_error("out of order")) &&
     register_broken("never_made_either", 42);
 
-// Executors that something else than the traits makes.
+// Executors made by a function instead of from their traits.
 std::unique_ptr<takt::Executor> make_by_hand(const takt::ExecutorOptions& options) {
   return takt::executors().make("events", options);
 }

@@ -59,7 +59,7 @@ std::string order() {
   return result;
 }
 
-/// What the library throws, as a type of its interface.
+/// Catches an error of Takt's library by its type, although this library exports nothing.
 std::string error() {
   try {
     takt::schedulers().make("of_nobody", {});

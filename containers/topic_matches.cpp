@@ -14,7 +14,7 @@ std::string TopicMatches::hint() {
   std::vector<OneSidedTopic> topics;
   try {
     topics = one_sided_topics(setting_.participant.get());
-  } catch (const Error&) {  // DDS Security may forbid to read who is there
+  } catch (const Error&) {  // DDS Security may forbid reading the graph
     if (setting_.description.must_match.empty()) return "";
     throw;
   }

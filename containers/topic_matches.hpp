@@ -1,4 +1,5 @@
-// Which topics of a container lack an end, and which must not. Private to the container's files.
+// Which topics of a container lack publishers or subscriptions, and which must have both. Private
+// to the container's files.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_TOPIC_MATCHES_HPP_
 #define TAKT_CONTAINERS_TOPIC_MATCHES_HPP_
@@ -16,8 +17,8 @@ namespace TAKT_INTERNAL takt {
 class TopicMatches {
  public:
   explicit TopicMatches(ContainerSetting& setting) : setting_(setting) {}
-  /// See hint_at(). The first call checks `must_match`: what it requires is an error, and a failure
-  /// of the run.
+  /// See hint_at(). The first call checks `must_match`: a topic there without a match is an error,
+  /// and a failure of the run.
   std::string hint();
 
  private:

@@ -15,11 +15,11 @@ namespace TAKT_PUBLIC takt {
 
 /// The service `/CONTAINER/trace`. A container has it where it has GetStatistics.
 /// 1. `start`: each thread of an executor records its last executions from now on, and the
-///    container the switches of CPUs, where Linux permits that.
-/// 2. `stop`: it ends, and the answer says how many pages there are.
-///    It says so again until the trace is forgotten.
-/// 3. `read`: a page.
-/// 4. `forget`: it is written; until then there is no next `start`.
+///    container records context switches, where Linux permits that.
+/// 2. `stop`: recording ends, and the answer has the number of pages. Until `forget`, another
+///    `stop` gets the same answer.
+/// 3. `read`: returns a page.
+/// 4. `forget`: the client has written the trace; before that, `start` is refused.
 struct TraceContainer {
   // Limit: executions, and as many switches, of an answer. At it: the next one has the others.
   // Seen: the number of pages.
@@ -32,7 +32,7 @@ struct TraceContainer {
     std::int64_t ready_ns = 0, picked_ns = 0, start_ns = 0, end_ns = 0, cpu_time_ns = 0;
     bool has_waited = false;
   };
-  /// Of the kernel: see Scheduling.
+  /// A context switch or a wake-up in the kernel: see Scheduling.
   struct Switch {
     std::int64_t time_ns = 0;
     std::int32_t cpu = 0;
@@ -53,7 +53,7 @@ struct TraceContainer {
     std::uint32_t thread = 0;
     std::string name;
   };
-  /// It came into force, see ProcessResult::ModeSwitch.
+  /// A mode that came into force, see ProcessResult::ModeSwitch.
   struct Mode {
     std::string mode, cause;
     std::int64_t begin_ns = 0, end_ns = 0;
@@ -69,7 +69,7 @@ struct TraceContainer {
     // Of `stop`:
     std::string clock;
     std::int64_t begin_ns = 0, end_ns = 0;                // of CLOCK_MONOTONIC
-    std::int64_t begin_offset_ns = 0, end_offset_ns = 0;  // of `clock` from that, then
+    std::int64_t begin_offset_ns = 0, end_offset_ns = 0;  // of `clock` from CLOCK_MONOTONIC
     std::uint32_t pages = 0;
     std::vector<Thread> threads;
     std::vector<Callback> callbacks;

@@ -72,7 +72,7 @@ namespace {
 
 constexpr const char* kOwnFile = "write a file of Takt's (see: takt reference config)";
 
-// What the other files of a robot are, and what they are for.
+// Launch files are often given by mistake, so the error says what they are for.
 void refuse_launch_file(const std::string& path, const document::Errors& errors) {
   std::error_code none;
   const bool is_launch_file = path.ends_with(".py") || path.ends_with(".launch.xml") ||
@@ -150,7 +150,7 @@ std::vector<SystemDescription> split(const SystemDescription& system, Compositio
   }
   for (SystemDescription& process : processes) {
     if (processes.size() > 1 && !process.dds) process.dds.emplace();
-    if (processes.size() > 1) process.topic_lines.clear();  // it cannot know what others have
+    if (processes.size() > 1) process.topic_lines.clear();  // other processes may have these topics
     process.is_split_off = composition == Composition::per_node;
     if (process.lifecycle) process.lifecycle->manager = manager;
     const auto is_used = [&process](const ExecutorDescription& executor) {

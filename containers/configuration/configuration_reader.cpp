@@ -13,7 +13,7 @@
 namespace takt {
 namespace {
 
-/// The whole file. What is under its keys has readers in `keys/`.
+/// Reads the top level of the file. The values of its keys have readers in `keys/`.
 /// Thread safety: none. Real-time: no.
 class ConfigurationReader : private KeyReader {
  public:

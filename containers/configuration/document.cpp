@@ -49,7 +49,7 @@ std::size_t utf8_length(std::string_view text) {
     if ((byte(i) & 0xc0U) != 0x80) return 0;
     character = character << 6U | (byte(i) & 0x3fU);
   }
-  constexpr unsigned kSmallest[] = {0, 0, 0x80, 0x800, 0x10000};  // else it is written too long
+  constexpr unsigned kSmallest[] = {0, 0, 0x80, 0x800, 0x10000};  // refuses overlong encodings
   const bool is_surrogate = character >= 0xd800 && character < 0xe000;
   return character < kSmallest[length] || character > 0x10ffff || is_surrogate ? 0 : length;
 }
@@ -258,7 +258,7 @@ Value read(const std::string& path, Errors& errors, Rules rules) {
 
 namespace {
 
-/// What a path calls an entry of a list.
+/// The name of a list entry in a path: its `name`, its `component`, or its place.
 std::string name_in_list(const Value& entry, std::size_t place) {
   for (const char* const key : {"name", "component"}) {
     const Value* name = find(entry, key);
@@ -292,7 +292,7 @@ void set(Value& root, const Setting& setting, Errors& errors) {
   Value* place = &root;
   std::string_view rest = setting.path;
   while (!rest.empty()) {
-    // Names may have points: the longest that fits.
+    // Names may contain dots: take the longest that exists.
     std::vector<std::string> names;
     Value* next = nullptr;
     std::size_t end = rest.size();

@@ -43,7 +43,7 @@ class Errors {
   std::vector<std::pair<int, std::string>> errors_;
 };
 
-/// What a text without quotes is.
+/// How plain scalars, texts without quotes, get their types.
 enum class Rules {
   configuration,  // as YAML 1.2's core schema says; aliases have the value of their anchor
   parameters      // as ROS 2's parser of parameter files has it: `yes` is true, 010 is 8
@@ -63,8 +63,8 @@ struct Value {
   std::string ambiguous = {};  // the text, if the other rules read another value; else empty
 };
 
-/// Adds an error that says both readings, if there are two, also for what is in a list: for what
-/// ROS 2 would read in its own way.
+/// Adds an error with both readings of a value, or of a list's item, if ROS 2 would read it
+/// otherwise.
 void check_is_unambiguous(const Value& value, Errors& errors);
 
 /// The value of a key; nullptr if the key is missing, or if `map` is no map.
@@ -79,8 +79,8 @@ std::size_t count(const Value& value);
 inline constexpr std::size_t kMaxValues = 100'000;
 
 /// Builds the tree from a parser's events. It limits depth and number of values, so functions that
-/// walk the tree may recurse. A duplicate key is an error, whose first value is kept, but for
-/// Rules::parameters: all are.
+/// walk the tree may recurse. A duplicate key is an error, and its first value is kept; with
+/// Rules::parameters all values are.
 /// Thread safety: none.
 /// Real-time: no.
 class Builder {
@@ -124,7 +124,7 @@ class Builder {
 Value parse_yaml(const std::string& text, Errors& errors, Rules rules = Rules::configuration);
 Value parse_json(std::string_view text, Errors& errors);
 
-/// Replaces a value, or adds it to a map. Throws ConfigurationError, with what there is, if the
+/// Replaces a value, or adds it to a map. Throws ConfigurationError, with the valid names, if the
 /// path leads nowhere.
 void set(Value& root, const Setting& setting, Errors& errors);
 
@@ -134,7 +134,7 @@ void check_is_ours(const Value& root, const std::vector<std::string>& keys, cons
 
 /// Whether the file's name ends in .json; all other files are YAML.
 bool is_json(std::string_view path);
-/// Reads an untrusted file: any content ends soon in a tree or in a ConfigurationError.
+/// Reads an untrusted file: any content gives a tree or a ConfigurationError in bounded time.
 Value read(const std::string& path, Errors& errors, Rules rules = Rules::configuration);
 
 }  // namespace document

@@ -16,7 +16,7 @@ bool has(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Of threads with a priority, on the CPU of this band.
+/// Whether the thread has a priority inside the band, and may run on the band's CPU.
 bool may_run_inside(const ThreadAttributes& thread, const ThreadAttributes& lowest,
                     const ThreadAttributes& highest) {
   const auto& cpus = thread.affinity;

@@ -13,8 +13,8 @@
 
 namespace TAKT_INTERNAL takt {
 
-/// A band is a thread for each of its priorities, for an executor whose callbacks interrupt each
-/// other. What is wrong is added to the errors of the file, with its line.
+/// A band has a thread for each of its priorities, for an executor whose callbacks preempt each
+/// other. Errors are added to those of the file, with their lines.
 /// Thread safety: none. Real-time: no.
 class FileThreads {
  public:
@@ -26,24 +26,25 @@ class FileThreads {
   explicit FileThreads(document::Errors& errors) : errors_(errors) {}
 
   void add(const ThreadAttributes& thread, int line);
-  /// The threads of a band, to be added. With attributes that are not sound, which are reported
-  /// already: none.
+  /// The threads of a band, for add(). None if `is_sound` is false: their attributes have errors,
+  /// which have been reported already.
   std::vector<ThreadAttributes> band(const ThreadAttributes& lowest, int highest, bool is_sound,
                                      int line);
-  /// By name.
+  /// All threads, by name.
   const std::map<std::string, Entry>& all() const noexcept { return all_; }
-  /// Default attributes if there is none.
+  /// The attributes of this thread. If there is none, adds an error and returns default ones.
   ThreadAttributes find(const std::string& name, int line);
   /// The names that one name in the executor's list stands for.
   std::vector<std::string> of_executor(const std::string& name, const ExecutorDescription& executor,
                                        int line);
-  /// Other threads inside a band would run before some of its callbacks, and after others.
+  /// Refuses other threads with a priority inside a band: they would run before some of its
+  /// callbacks and after others.
   void check_bands();
 
  private:
   document::Errors& errors_;
   std::map<std::string, Entry> all_;
-  std::map<std::string, std::vector<std::string>> bands_;  // their threads
+  std::map<std::string, std::vector<std::string>> bands_;  // threads, by band
   std::map<std::string, std::string> owners_;              // executors, by band
 };
 

@@ -125,7 +125,7 @@ class WorkloadReader : private SystemReader {
   static ComponentDescription copy(const ComponentDescription& node, int number) {
     ComponentDescription result = node;
     const std::string suffix = fmt::format("_{}", number);
-    if (!node.name.empty()) result.name += suffix;  // else it is missing, which is known
+    if (!node.name.empty()) result.name += suffix;  // a missing name is an error already
     if (!node.name_space.empty()) result.name_space += suffix;
     return result;
   }

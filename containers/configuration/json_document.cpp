@@ -77,7 +77,7 @@ class JsonHandler {
     std::string what = exception.what();
     what.erase(0, what.find("] ") + 2);
     if (what.starts_with("parse error at")) what.erase(0, what.find(": ") + 2);
-    // It is of the file, which may be none of ours: see check_is_ours().
+    // Do not quote the file, which may be none of ours: see check_is_ours().
     if (const std::size_t read = what.find("; last read: "); read != what.npos) {
       const std::size_t expected = what.rfind("; expected");
       what.erase(read, expected == what.npos || expected < read ? what.npos : expected - read);

@@ -14,7 +14,7 @@
 
 namespace takt {
 
-/// What the readers of a configuration file share besides.
+/// The state that the readers of a configuration file share.
 struct ConfigurationReading : Reading {
   explicit ConfigurationReading(document::Errors& of_file) : Reading{of_file} {}
 
@@ -24,10 +24,10 @@ struct ConfigurationReading : Reading {
   FileThreads threads{errors};
   std::vector<ThreadAttributes> executors_threads;  // of all executors, once for each use
   std::set<std::string> executors{"default"};       // exists in every system
-  std::set<std::string> broken;  // schedulers and wait back ends, which were reported
+  std::set<std::string> broken;  // schedulers and wait back ends whose errors were reported
 };
 
-/// What readers of several keys need. A reader lives as long as its key is read.
+/// Functions for readers of several keys. A reader lives as long as its key is read.
 /// Thread safety: none. Real-time: no.
 class KeyReader : protected SystemReader {
  public:
@@ -36,7 +36,7 @@ class KeyReader : protected SystemReader {
  protected:
   /// Clears `is_sound` if reading adds an error.
   Read noting(bool& is_sound, Read read);
-  /// `check` throws Error if it is invalid.
+  /// `check` throws Error if the duration is invalid.
   Read into_duration(Nanoseconds& duration, std::function<void()> check);
   Read into_accepted(Acceptances& accepted);
   Read into_executor(std::string& target);
@@ -45,7 +45,7 @@ class KeyReader : protected SystemReader {
   std::string beside(const std::string& path) const;
   /// Reports an error in the line of the key, or of the map if the key is missing.
   bool passes(const Value& map, std::string_view key, const std::function<void()>& check);
-  /// A list of CPUs: none is not the same as no key, which stands for all.
+  /// Refuses an empty list of CPUs: only a missing key means all CPUs.
   void check_is_some(const Value& list);
 
   ConfigurationReading& file_;

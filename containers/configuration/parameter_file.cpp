@@ -86,7 +86,7 @@ std::vector<NodeParameters> node_parameters(const Value& file, Errors& errors) {
 
 bool is_for_node(std::string_view pattern, std::string_view node) {
   const std::vector<std::string_view> wanted = words_of(pattern), words = words_of(node);
-  // Where to go on if what follows the last '**' does not fit: that takes one word more.
+  // Backtracking: if the words after the last '**' do not match, '**' takes one word more.
   std::size_t at = 0, after = SIZE_MAX, taken = 0;
   for (std::size_t word = 0; word < words.size();) {
     if (at < wanted.size() && wanted[at] == "**") {

@@ -16,9 +16,9 @@ const std::vector<int>& cpus_of(const SystemDescription& system) {
   return system.machine.cpus.empty() ? available_cpus() : system.machine.cpus;
 }
 
-// A band from the most urgent of these threads on, where another type takes the place of the
-// file's; up to the next other thread that may run on its CPU, as inside the band that would run
-// before some of the callbacks, and after others.
+// A band for an executor type that replaces the file's: from the most urgent of these threads to
+// below the next other thread that may run on the same CPU. Inside the band, that thread would run
+// before some of the callbacks and after others.
 std::vector<ThreadDescription> band_from(const std::vector<ThreadAttributes>& threads,
                                          const SystemDescription& system) {
   constexpr int kLevels = 8, kHighest = 99;
@@ -48,7 +48,7 @@ std::vector<ThreadDescription> band_from(const std::vector<ThreadAttributes>& th
   return band;
 }
 
-// The names of all threads that executors of the system have.
+// The names of the threads of all executors of the system.
 std::vector<std::string> threads_of(const SystemDescription& system) {
   std::vector<std::string> names;
   for (const ExecutorDescription& executor : system.executors)
@@ -56,8 +56,8 @@ std::vector<std::string> threads_of(const SystemDescription& system) {
   return names;
 }
 
-// Adds the threads that the executor names as `other` has them; under another name where the
-// system has one of that name, and on the first CPU of its `machine` where that lacks theirs.
+// Copies the threads of the executor from `other`. Renames a thread if the system has one of this
+// name, and binds it to the first CPU of the system if that lacks a CPU of its affinity.
 void take_threads(const SystemDescription& other, ExecutorDescription& executor,
                   SystemDescription& system) {
   std::map<std::string, std::string> taken;  // by the name in `other`
@@ -101,7 +101,7 @@ void give_threads(ExecutorDescription& executor, const SystemDescription& other,
     if (executor.threads.size() == 1)
       system.notes.push_back(fmt::format("executor '{}' runs {}", executor.name, differs));
     if (!executor.threads.empty()) return;
-    executor = as_other;  // there is no priority to begin with
+    executor = as_other;  // no thread has a priority
     return take_threads(other, executor, system);
   }
   const std::size_t count = least > 1         ? std::max(least, own.size())
@@ -161,7 +161,7 @@ void throw_unfit(const std::string& name, const std::string& why) {
 SystemDescription replace_executors(SystemDescription system, const SystemDescription& other) {
   if (const std::string why = why_it_fits_no_other(other); !why.empty())
     throw_unfit(other.file, why);
-  std::string name;  // empty: Takt assigns them
+  std::string name;  // of the executor; empty: Takt assigns executors
   if (other.executors.empty()) {
     system.finds_chains = system.finds_chains || system.chains.empty();
     system.executors.clear();

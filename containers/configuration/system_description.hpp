@@ -54,13 +54,13 @@ struct ExecutorDescription {
   Isolation per = Isolation::node;
   int reentrant_threads = 1;
   TriggerOptions trigger;
-  OwnValues own;  // of the keys that its type brings
+  OwnValues own;  // values of the keys that its type defines
   std::vector<std::string> order;
   SourceLine where;
 };
 
-/// What it says of the executor. Its threads are to be added: `threads:` describes them; and the
-/// values of its scheduler: own_values_of.
+/// The options of the executor. The caller adds its threads, which `threads:` describes, and the
+/// values of its scheduler, see own_values_of().
 ExecutorOptions options_of(const ExecutorDescription& executor);
 
 /// One entry of a component's `callback_groups:`.
@@ -71,14 +71,14 @@ struct CallbackGroupDescription {
   SourceLine where;
 };
 
-/// How long one execution of a callback takes, in processor time.
+/// How long one execution of a callback takes, in CPU time.
 struct ExecutionDescription {
   Nanoseconds least{0}, longest{0};
 };
 
-/// How often something arrives from outside the system: every `period`, each up to `jitter` late,
-/// no two closer than `least_distance`; or by the least distance of the first of 2, 3, … arrivals
-/// in a row from the last of them.
+/// Arrivals from outside the system: one every `period`, each up to `jitter` late, no two closer
+/// than `least_distance`; or, by `distances`, the minimum distance from the first to the last of 2,
+/// 3, … arrivals in a row.
 struct ArrivalDescription {
   Nanoseconds period{0}, jitter{0}, least_distance{0};
   std::vector<Nanoseconds> distances;  // if not empty, instead of the others
@@ -91,8 +91,8 @@ struct CallbackDescription {
   CallbackParameters parameters;
   std::optional<ExecutionDescription> execution;
   std::optional<ArrivalDescription> arrival;
-  std::optional<Nanoseconds> waits;  // in an execution, in all; nullopt: not at all
-  bool publishes_at_end = true;      // else anywhere in an execution
+  std::optional<Nanoseconds> waits;  // blocking time of an execution in all; nullopt: none
+  bool publishes_at_end = true;      // false: at any time of an execution
   SourceLine where;
 };
 
@@ -105,13 +105,13 @@ struct DelayDescription {
 struct MachineDescription {
   std::vector<int> cpus;        // empty: those of this process
   std::map<int, double> speed;  // by CPU; execution times are divided by it
-  /// Between two callbacks of a busy thread; to wake a thread; from one thread to another.
+  /// Overheads: between two callbacks of a busy thread; to wake a thread; of a context switch.
   Nanoseconds dispatch{0}, wake{0}, change{0};
-  /// To send a message to one receiver, and what each megabyte of it, and each other receiver,
-  /// takes besides.
+  /// The cost of sending a message to one receiver; added to it, of each megabyte of the message,
+  /// and of each further receiver.
   Nanoseconds publish{0}, publish_megabyte{0}, publish_receiver{0};
-  /// Of each second, for the real-time threads of a CPU. nullopt: as this machine has it; a second
-  /// or more: unlimited.
+  /// The CPU time in each second for the real-time threads of a CPU. nullopt: as on this machine; a
+  /// second or more: unlimited.
   std::optional<Nanoseconds> rt_runtime;
   bool is_exclusive = false;  // promised: nothing else runs on these CPUs
 };
@@ -127,7 +127,7 @@ struct ChainDescription {
   SourceLine where;
 };
 
-/// One entry of `modes:`. Its callbacks, as "node/callback", without a first slash.
+/// One entry of `modes:`. Callbacks are named as "node/callback", without a leading slash.
 struct ModeDescription {
   struct Callback {
     std::string name;
@@ -135,7 +135,7 @@ struct ModeDescription {
   };
   std::string name;
   std::vector<Callback> drop, demote;
-  std::optional<Callback> on_overrun;  // of this one the mode comes by itself
+  std::optional<Callback> on_overrun;  // its overrun switches to the mode
   SourceLine where;
 };
 
@@ -202,10 +202,10 @@ struct LifecycleDescription {
   SourceLine where;
 };
 
-/// How callbacks get priorities that nobody gives them.
+/// How Takt assigns priorities to callbacks that have none.
 enum class PriorityMethod {
   picas,           // those of their chains: see sched/picas.hpp
-  rate_monotonic,  // who runs more often is more urgent; see make_plan()
+  rate_monotonic,  // a shorter period is more urgent; see make_plan()
 };
 
 /// The content of a file, or the part of it that one process runs. A component that names no
@@ -223,31 +223,32 @@ struct SystemDescription {
   std::string model;  // a file with measured numbers; empty: none
   Acceptances accepted;
   bool watches_bounds = false;  // `analysis: {watch: true}`
-  /// What if: of callbacks, or all callbacks of nodes, by name, times as long.
+  /// What-if factors of execution times, by the name of a callback, or of a node for all its
+  /// callbacks.
   std::map<std::string, double, std::less<>> execution_scales;
-  std::vector<WrittenKey> keys;  // of a whole file: all that stand in it
+  std::vector<WrittenKey> keys;  // all keys that a whole file has; empty after split()
   TopicQos topics;
   std::map<std::string, DelayDescription, std::less<>> delays;  // by topic
   std::map<std::string, SourceLine, std::less<>> topic_lines;   // in a whole file only
   std::map<std::string, SourceLine, std::less<>> must_match;    // need publisher and subscription
   std::vector<ThreadDescription> threads;
-  std::map<std::string, OwnValues, std::less<>> schedulers;  // values of the keys that they bring
+  std::map<std::string, OwnValues, std::less<>> schedulers;  // values of their own keys
   std::vector<ExecutorDescription> executors;
   std::vector<ComponentDescription> components;
   std::map<std::string, RestartOptions, std::less<>> restarts;  // by the container's name
   std::map<std::string, LoadPolicy, std::less<>> loads;         // by the container's name
   std::vector<std::string> libraries;                           // named by the file, see LoadPolicy
-  std::vector<std::string> parameter_files;                     // the same, of ROS 2
+  std::vector<std::string> parameter_files;  // parameter files of ROS 2, named by the file
   std::optional<LifecycleDescription> lifecycle;
   std::vector<ChainDescription> chains;
-  std::optional<PriorityMethod> priorities;  // nullopt: picas, where the code gives none either
+  std::optional<PriorityMethod> priorities;  // nullopt: picas, unless the code sets priorities
   std::vector<ModeDescription> modes;        // besides kNormalMode
   bool finds_chains = false;  // `chains: auto`: every path from a timer to its last callback
   SourceLine chains_where;
   std::vector<std::string> notes;  // remarks of the reader, for the user
 };
 
-/// The values of the keys that this scheduler brings; empty: the file has none.
+/// The values of the scheduler's own keys; empty: the file has none.
 const OwnValues& own_values_of(const std::string& scheduler, const SystemDescription& system);
 
 /// Whether some chain has a `concurrency`.

@@ -30,7 +30,8 @@ std::string content_of(const document::Value& value) {
   return std::visit(Visitor(), value.content);
 }
 
-// As it stands in the file, without quotes. What is in a map are keys of their own.
+// The value as it is in the file, without quotes. The values of a map are recorded by their own
+// keys.
 std::string text_of(const document::Value& value) {
   struct Visitor {
     std::string operator()(std::monostate) const { return "null"; }

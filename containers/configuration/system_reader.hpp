@@ -25,7 +25,7 @@ namespace TAKT_INTERNAL takt {
 using IgnoresKey = bool (*)(std::string_view map, std::string_view key);
 inline constinit IgnoresKey ignored_key = nullptr;
 
-/// What the readers of one file share.
+/// The state that the readers of one file share.
 struct Reading {
   document::Errors& errors;
   SystemDescription system = {};
@@ -63,7 +63,7 @@ class SystemReader {
   bool read_map(const Value& map, std::string_view whose, const std::vector<Field>& fields);
   /// A value of the map; nullptr: it has none, or a test ignores it.
   static const Value* find(const Value& map, std::string_view whose, std::string_view key);
-  /// The same for a whole file, of which nothing is shown if it has none of these keys.
+  /// The same for a whole file. If it has none of these keys, errors quote nothing of the file.
   bool read_root(const Value& root, std::string_view whose, const std::vector<Field>& fields);
   /// Reads every value of a map with arbitrary keys, or of a list.
   Read each_in_map(Read read);

@@ -68,7 +68,7 @@ Content resolve(const std::string& text) {
   return text;
 }
 
-/// Of the C locale, whatever that of the program is.
+/// Parses in the C locale, whatever the locale of the program is.
 std::optional<double> decimal_number(const std::string& text) {
   static const locale_t c = newlocale(LC_ALL_MASK, "C", nullptr);
   const std::size_t first = text.find_first_not_of("+-");
@@ -85,8 +85,8 @@ std::optional<double> decimal_number(const std::string& text) {
   return value;
 }
 
-// Resolves text without quotes as rcl does (rcl_yaml_param_parser 9.2), but for "nan" and "inf":
-// these are words, as its next version has it.
+// Resolves text without quotes as rcl does (rcl_yaml_param_parser 9.2), except "nan" and "inf",
+// which are words as in its next version.
 Content resolve_parameter(const std::string& text) {
   for (const char* word :
        {"y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"}) {
@@ -121,12 +121,12 @@ std::string shown(const Content& content) {
   return "";
 }
 
-/// Of two scalars.
+/// Compares two scalars.
 bool is_same(const Content& a, const Content& b) {
   return a.index() == b.index() && shown(a) == shown(b);
 }
 
-/// Which of Content's types a tag says.
+/// The alternative of Content that a tag selects.
 std::optional<std::size_t> number_tag(std::string_view tag) {
   if (tag == "tag:yaml.org,2002:bool") return Content(true).index();
   if (tag == "tag:yaml.org,2002:int") return Content(std::int64_t{0}).index();
@@ -162,7 +162,7 @@ class YamlHandler : public YAML::EventHandler {
   void OnDocumentEnd() override {}
 
   void OnNull(const Mark& mark, Anchor anchor) override {
-    // `null` and `~` are words there.
+    // In ROS 2's parameter files, `null` and `~` are words.
     const std::string_view rest = text_.substr(static_cast<std::size_t>(mark.pos));
     const std::size_t length = rest.starts_with('~')                            ? 1
                                : rest.starts_with('n') || rest.starts_with('N') ? 4
@@ -195,7 +195,7 @@ class YamlHandler : public YAML::EventHandler {
                 const std::string& text) override {
     if (key_error_) return;
     const bool is_parameter = rules_ == Rules::parameters;
-    // rcl ignores these; here they must be right.
+    // rcl ignores tags; here they must be right.
     const std::optional<std::size_t> tagged = is_parameter ? number_tag(tag) : std::nullopt;
     const bool is_plain = tag == "?" || tagged;
     if (tag != "tag:yaml.org,2002:str" && !tagged) check_tag(mark, tag);
@@ -266,7 +266,7 @@ class YamlHandler : public YAML::EventHandler {
   int documents_ = 0;
   std::optional<std::pair<int, std::string>> key_error_;  // its line, and what is wrong
   std::vector<Anchor> open_anchors_;                      // of the containers that are open
-  std::map<Anchor, Value> anchors_;                       // of what is complete
+  std::map<Anchor, Value> anchors_;                       // of complete values
 };
 
 // The most frequent mistakes, in words for users who do not know yaml-cpp.
@@ -311,7 +311,8 @@ const Explanation kExplanations[] = {
   if (dynamic_cast<const YAML::DeepRecursion*>(&exception) != nullptr) {
     errors.fail(line, "this is nested too deeply", "use fewer levels");
   }
-  // What follows a colon is of the file, which may be none of ours: see check_is_ours().
+  // Leave out the text after a colon: it is of the file, which may be none of ours, see
+  // check_is_ours().
   errors.fail(line, exception.msg.substr(0, exception.msg.find(": ")),
               "write valid YAML here: check indentation, brackets, quotes and anchors");
 }

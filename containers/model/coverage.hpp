@@ -1,4 +1,4 @@
-// One table of all that a file, a node, a thread and a trace can say, and of all that can change
+// One table of every fact that a file, a node, a thread and a trace can state, and of every change
 // while a system runs: how each counts in a guarantee.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_MODEL_COVERAGE_HPP_
@@ -24,14 +24,14 @@ struct CoverageEntry {
   std::string_view of;
   std::string_view fact;
   Coverage coverage;
-  std::string_view why;  // where it is used, why it cannot matter, or what no number tells
+  std::string_view why;  // where it is used, why it cannot matter, or what no number covers
 };
 
-/// coverage_test.cpp compares it with the keys of the reader and the fields of the structures: one
-/// without an entry fails there. At run time, a key without an entry is not covered.
+/// coverage_test.cpp compares the table with the keys of the reader and the fields of the
+/// structures, and fails if one has no entry. At run time, a key without an entry is not covered.
 /// Thread safety: from any thread. Real-time: no.
 std::span<const CoverageEntry> coverage_table();
-/// nullptr: it has no entry.
+/// nullptr: the fact has no entry.
 const CoverageEntry* coverage_of(std::string_view of, std::string_view fact) noexcept;
 
 }  // namespace takt

@@ -14,7 +14,7 @@ using analysis::Count;
 using analysis::kUnbounded;
 using analysis::plus;
 
-/// The callbacks that send to others, backwards. Circles have been cut.
+/// For each callback, the callbacks that send to it. The graph is acyclic: cycles have been cut.
 class Senders {
  public:
   Senders(const SystemModel& model, const analysis::Bounds& bounds)
@@ -32,7 +32,7 @@ class Senders {
   };
   const std::vector<Link>& to(std::size_t callback) const { return to_[callback]; }
 
-  /// It, and all before it.
+  /// The callback and its ancestors.
   std::set<std::size_t> before(std::size_t callback) const {
     std::set<std::size_t> found{callback};
     for (std::vector<std::size_t> left{callback}; !left.empty();) {
@@ -44,13 +44,13 @@ class Senders {
     }
     return found;
   }
-  /// Those before it that something from outside makes ready.
+  /// The ancestors that get arrivals from outside, or are timers.
   std::set<std::size_t> roots(std::size_t callback) const {
     std::set<std::size_t> found = before(callback);
     std::erase_if(found, [&](std::size_t each) { return !system_.callbacks[each].arrivals; });
     return found;
   }
-  /// Whether it gets one message for each release or message of one root.
+  /// Whether the callback gets exactly one message for each release or message of a single root.
   bool has_one_way(std::size_t callback) const {
     while (!system_.callbacks[callback].arrivals) {
       if (to_[callback].size() != 1 || to_[callback].front().output->messages != 1) return false;
@@ -58,11 +58,11 @@ class Senders {
     }
     return to_[callback].empty();
   }
-  /// From the release of a root to the end of the callback.
+  /// The longest time from the release of a root to the end of the callback.
   analysis::Time reach(std::size_t callback) const {
     const std::size_t executor = system_.callbacks[callback].executor;
     if (system_.executors[executor].let_period != 0) return kUnbounded;
-    analysis::Time begins = 0;  // in its executor, from where its bound counts
+    analysis::Time begins = 0;  // when messages enter its executor, from where its bound counts
     std::set<std::size_t> seen{callback};
     for (std::vector<std::size_t> left{callback}; !left.empty();) {
       const std::size_t next = left.back();
@@ -78,7 +78,7 @@ class Senders {
     }
     return plus(begins, bounds_.callbacks[callback].bound);
   }
-  /// From any instant until the callback has run once more.
+  /// The longest time from any instant to the next end of an execution of the callback.
   analysis::Time next_end(std::size_t callback) const {
     analysis::Time longest = 0;
     for (const std::size_t root : roots(callback)) {
@@ -117,7 +117,7 @@ Loss loss_of_join(const SystemModel& model, const analysis::Bounds& bounds, std:
                           callbacks[link.from].name, why),
               0};
     }
-    // Of the same release, both have come before the next one is made.
+    // From the same release, both messages arrive before the next release of the timer.
     if (has_one_way && senders.roots(link.from) == own_roots &&
         callbacks[*own_roots.begin()].is_timer &&
         std::max(senders.reach(from), senders.reach(link.from)) <=

@@ -16,13 +16,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// So that sums and products of the file's times never overflow.
+// Keeps sums and products of the file's times from overflowing.
 constexpr Nanoseconds kLongest = 10'000h;
 // Limit: the `margin` of a model file. At it: a larger one is refused. Seen: the error.
 constexpr double kMostMargin = 10;
 
-/// What is wrong with percentiles that contradict each other; empty: nothing. Those that were left
-/// out are zero.
+/// Describes percentiles that are not ascending; empty: they are. Those that are zero were left
+/// out.
 std::string contradiction(std::initializer_list<std::pair<const char*, Nanoseconds>> ascending) {
   std::pair<const char*, Nanoseconds> shorter{"", Nanoseconds::zero()};
   for (const auto& [name, time] : ascending) {
@@ -33,7 +33,7 @@ std::string contradiction(std::initializer_list<std::pair<const char*, Nanosecon
   return {};
 }
 
-/// The same of its execution times.
+/// The same for execution times.
 std::string contradiction(const MeasuredCallback& callback) {
   const Nanoseconds longest = callback.longest_execution;
   if (longest == Nanoseconds::zero()) return "'max' is zero, but whatever runs takes time";
@@ -45,7 +45,7 @@ std::string contradiction(const MeasuredCallback& callback) {
   return callback.longest_first_execution > longest ? "'first_ten' is longer than 'max'" : "";
 }
 
-/// The same of its arrivals.
+/// The same for arrivals.
 std::string contradiction_of_arrivals(const MeasuredCallback& callback) {
   const std::vector<Nanoseconds>& distances = callback.least_distances;
   if (!std::is_sorted(distances.begin(), distances.end())) {
@@ -148,7 +148,7 @@ class ModelReader : private SystemReader {
     };
   }
 
-  /// Its percentiles, or p99.9 alone.
+  /// Reads either all percentiles of an overhead or p99.9 alone.
   Read into_overhead(MeasuredTimes& times) {
     return [this, &times](const Value& value) {
       if (!std::holds_alternative<document::Map>(value.content))
@@ -284,7 +284,7 @@ class ModelReader : private SystemReader {
                 "correct it, or measure again");
   }
 
-  /// What is caused must be in the file, too: otherwise a name is misspelt.
+  /// The callbacks that others cause must be in the file, too: otherwise a name is misspelt.
   void check_causes(const MeasuredModel& model) {
     std::vector<std::string> names;
     for (const MeasuredCallback& callback : model.callbacks) names.push_back(callback.name);

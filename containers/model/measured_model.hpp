@@ -19,7 +19,7 @@ namespace TAKT_PUBLIC takt {
 struct MeasuredTimes {
   Nanoseconds least{0}, p10{0}, median{0}, p90{0}, p99{0}, longest{0};
 
-  /// Whether it tells how they are distributed, and not only the longest.
+  /// Whether the percentiles are known, and not only the longest time.
   bool are_distributed() const noexcept {
     return median != Nanoseconds::zero() && p99 != Nanoseconds::zero();
   }
@@ -37,17 +37,18 @@ struct MeasuredCallback {
   Nanoseconds least_execution{0}, median_execution{0}, p99_execution{0}, longest_execution{0};
   /// The longest of the first ten executions, which often find cold caches. Zero: not known.
   Nanoseconds longest_first_execution{0};
-  /// The most by which an execution took longer than its CPU time, of those that gave up the CPU
-  /// by themselves: for a lock, a device, a reply, a sleep. nullopt: the model does not tell.
+  /// By how much, at most, an execution took longer than its CPU time, among executions that
+  /// blocked: on a lock, a device, a reply or a sleep. nullopt: the model does not have it.
   std::optional<Nanoseconds> longest_wait;
-  /// δ⁻(2), δ⁻(3), …: the least time from the first to the last of so many arrivals in a row.
+  /// δ⁻(2), δ⁻(3), …: the minimum distance from the first to the last of 2, 3, … arrivals in a row.
   std::vector<Nanoseconds> least_distances;
   /// Zero unless the arrivals fit "every period, each up to jitter late".
   Nanoseconds period{0}, jitter{0};
   /// Arrivals that were overwritten: the distances between them are not known.
   std::uint64_t dropped = 0;
-  /// Executions that no execution of another callback has caused, and how close their arrivals
-  /// were: of what threads of a component, other programs or services send. None for timers.
+  /// Executions that no execution of another callback caused, and the minimum distances of their
+  /// arrivals: their messages came from threads of components, other programs or services. None for
+  /// timers.
   std::uint64_t uncaused = 0;
   std::vector<Nanoseconds> uncaused_distances;
   /// The most executions of other callbacks, by name, that one execution has caused.
@@ -67,7 +68,7 @@ struct MeasuredExecutor {
   std::vector<std::string> callbacks;
 };
 
-/// What a component was in a run: if it is another one now, its numbers are of something else.
+/// The identity of a component in a run: if it has changed, the numbers measured do not apply.
 struct MeasuredComponent {
   std::string node;    // its full name
   std::string digest;  // of its class, its library and its parameters
@@ -75,7 +76,7 @@ struct MeasuredComponent {
 
 /// The content of a *.model.yaml file.
 struct MeasuredModel {
-  std::string path;         // of itself, for messages; empty: it was not read from a file
+  std::string path;         // of this file, for messages; empty: it was not read from a file
   std::string file;         // the system file it was measured with
   std::string machine;      // for people: processors, kernel, clock
   Nanoseconds duration{0};  // of the shortest run
@@ -84,28 +85,28 @@ struct MeasuredModel {
   /// Estimates from the trace: between two callbacks of a busy thread, and to wake an idle one;
   /// the longest is p99.9. Zero: the trace does not tell.
   MeasuredTimes dispatch_overhead, wake_overhead;
-  /// Executions that the trace has lost, because its memory was full. Nothing is concluded from
-  /// arrivals before and after them.
+  /// Executions that the trace lost because its memory was full. Nothing follows from arrivals
+  /// before and after them.
   std::uint64_t lost_executions = 0;
   std::vector<MeasuredCallback> callbacks;
   std::vector<MeasuredChain> chains;
   std::vector<MeasuredExecutor> executors;    // empty: the model does not tell
   std::vector<MeasuredComponent> components;  // empty: the model does not tell
-  /// See measured_settings(); and what the run had as an option instead: "--transport".
+  /// See measured_settings(), and settings that the run had as options instead: "--transport".
   std::map<std::string, std::string> settings;
-  /// In what the caller has found this machine, or a component, to be another one; empty: in
-  /// nothing. Not in the file.
+  /// How this machine or a component differs from those of the run, as the caller has found; empty:
+  /// it does not. Not in the file.
   std::string differs;
 };
 
 struct SystemDescription;
 
-/// What a file says besides its components that may change how long an execution takes, by its
-/// place: "/scan.durability". "{}": a map.
+/// Settings of the file, beside its components, that may change execution times, by their place:
+/// "/scan.durability". "{}": a map.
 /// Thread safety: from any thread. Real-time: no.
 std::map<std::string, std::string> measured_settings(const SystemDescription& system);
 
-/// Reads such a file, which a person may have written.
+/// Reads a model file, which a person may have written.
 /// Throws ConfigurationError with file and line.
 /// Thread safety: from any thread. Real-time: no.
 MeasuredModel read_measured_model(const std::string& path);

@@ -1,4 +1,4 @@
-// What a file says besides its components that may change how long an execution takes.
+// Settings of a file, beside its components, that may change execution times.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
@@ -12,9 +12,9 @@ namespace {
 
 using Key = std::pair<std::string_view, std::string_view>;
 
-// A measured time does not depend on these keys, or the model has them already: where and when
-// callbacks run, what is only for analysis, and what the digest of a component has. All other keys
-// count, and so does each new one. An empty key stands for all of its map.
+// Execution times do not depend on these keys, or the model has them already: where and when
+// callbacks run, keys for the analysis only, and keys that the digest of a component covers. All
+// other keys count, also future ones. An empty key stands for all keys of its map.
 constexpr std::array kFree{
     Key{"a callback", ""},
     Key{"a callback group", ""},
@@ -44,7 +44,7 @@ constexpr std::array kFree{
     Key{"an execution", ""},
     Key{"an executor", ""},
     Key{"dds", "diagnostics"},         // a thread of its own
-    Key{"dds", "discovery"},           // who else is there: no_other_publishers
+    Key{"dds", "discovery"},           // which other processes there are: no_other_publishers
     Key{"dds", "domain"},              // the same
     Key{"dds", "parameter_services"},  // a thread of its own
     Key{"dds", "ros_graph"},

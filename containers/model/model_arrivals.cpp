@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What arrives at a callback. All subscriptions of a topic get the same, and all servers of a
-// service, whichever of them the file or a run says it of.
+// The arrivals at each callback. All subscriptions of a topic get the same, and all servers of a
+// service, also if the file or a run gives the arrivals of only one of them.
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -80,7 +80,7 @@ bool ModelParts::comes_from_outside(std::size_t index) const {
   });
 }
 
-// As a run has seen them, whatever caused them; nullopt: none.
+// All arrivals that a run has shown, whatever their cause; nullopt: none.
 std::optional<ArrivalCurve> ModelBuilder::measured_arrivals(const MeasuredCallback& seen) const {
   if (seen.dropped != 0) return ArrivalCurve::unknown();
   if (!seen.least_distances.empty()) {
@@ -96,13 +96,14 @@ std::optional<ArrivalCurve> ModelBuilder::measured_arrivals(const MeasuredCallba
   return has_run ? std::optional(ArrivalCurve::unknown()) : std::nullopt;
 }
 
-// Of those, the ones that its senders in the system do not account for: a thread of a component
-// sends them, or a program outside, or a callback that the model knows nothing of.
+// The measured arrivals that the callback's senders in the system do not explain: they come from a
+// thread of a component, a program outside, or a callback that is not in the model.
 std::optional<ArrivalCurve> ModelBuilder::unexplained_arrivals(std::size_t index) const {
   const MeasuredCallback* const seen = measured(index);
   if (seen == nullptr) return {};
   std::uint64_t explained = 0;
-  std::optional<std::uint64_t> joined;  // by the input of a join that came least often
+  // The executions that a join explains: as many as its rarest input has.
+  std::optional<std::uint64_t> joined;
   bool are_senders_known = measured_->lost_executions == 0, has_senders_outside = false;
   for (std::size_t from = 0; from < callbacks_.size(); ++from) {
     for (const analysis::Output& output : model_.system.callbacks[from].outputs) {
@@ -121,7 +122,7 @@ std::optional<ArrivalCurve> ModelBuilder::unexplained_arrivals(std::size_t index
     }
   }
   explained += joined.value_or(0);
-  // A trace sees no causes in other processes: all that these send is without one.
+  // A trace has no causes from other processes: messages from there appear uncaused.
   const std::uint64_t uncaused = has_senders_outside ? 0 : seen->uncaused;
   if (are_senders_known && seen->executions - uncaused + seen->dropped > explained) {
     return measured_arrivals(*seen);
@@ -131,7 +132,7 @@ std::optional<ArrivalCurve> ModelBuilder::unexplained_arrivals(std::size_t index
   return measured_arrivals(rest);
 }
 
-// A subscription that the run did not have, or had later, gets what the others of its topic got.
+// A subscription that was not in the run, or came later, gets what the others of its topic got.
 std::optional<ArrivalCurve> ModelBuilder::seen_arrivals(std::size_t index, bool has_senders) const {
   for (const std::size_t each : of_same_topic(index)) {
     const MeasuredCallback* const seen = measured(each);
@@ -142,8 +143,8 @@ std::optional<ArrivalCurve> ModelBuilder::seen_arrivals(std::size_t index, bool 
   return {};
 }
 
-// `period` of a callback promises the least distance of what it gets, which is more than is known
-// where nobody in the system sends.
+// The `period` of a callback that is no timer promises the minimum distance of its arrivals. It
+// counts only if no callback of the system sends to it, or if it lies on a cycle.
 std::optional<ModelBuilder::StatedArrival> ModelBuilder::stated_arrival(std::size_t index,
                                                                         bool has_senders) const {
   if (const CallbackDescription* const stated = states_arrival(index))
@@ -158,7 +159,7 @@ std::optional<ModelBuilder::StatedArrival> ModelBuilder::stated_arrival(std::siz
   return {};
 }
 
-// Arrivals that came closer in the measured run than they can, as the file or a timer says.
+// Measured arrivals that are closer than the file or the timer's period permits refute it.
 void ModelBuilder::compare_arrivals(std::size_t index, const ArrivalCurve& promised,
                                     const std::vector<Nanoseconds>& seen, const char* what) {
   const analysis::Callback& callback = model_.system.callbacks[index];
@@ -217,7 +218,7 @@ ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const StatedArri
   return curve;
 }
 
-// What arrives, beside what callbacks of the system send; nullopt: nothing.
+// The arrivals at a callback, without messages from callbacks of the system; nullopt: none.
 std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool has_senders) {
   const ModelledProcess::Callback& callback = *callbacks_[index];
   if (const auto stated = stated_arrival(index, has_senders)) {
@@ -241,7 +242,8 @@ std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool ha
     return {};
   }
   if (!arrivals && seen == nullptr && may_be_called) return ArrivalCurve::unknown();
-  if (!arrivals && seen != nullptr && may_be_called && !is_receiver) {  // see no_other_publishers
+  // The assumption no_other_publishers covers subscriptions, services and clients.
+  if (!arrivals && seen != nullptr && may_be_called && !is_receiver) {
     assume_unseen(fmt::format("something calls '{}'", model_.system.callbacks[index].name), index);
   }
   return arrivals;

@@ -53,7 +53,7 @@ std::string ModelParts::measured_source() const {
   for (const MeasuredCallback& seen : measured_->callbacks) {
     if (seen.executions != 0 && (least == 0 || seen.executions < least)) least = seen.executions;
   }
-  if (least == 0) return "stated in the model";  // which a person has written
+  if (least == 0) return "stated in the model";  // a person has written the model
   return fmt::format("measured, n = {} or more", least);
 }
 
@@ -93,7 +93,7 @@ std::vector<Assumption> AssumptionFinder::assumptions(
   struct Parts {
     std::string id;
     State state;
-    // The sentences, each with the names that share it.
+    // Each sentence, with all names that it applies to.
     std::vector<std::pair<std::string, std::vector<std::string>>> sentences;
     std::vector<std::string> sources;
   };
@@ -116,7 +116,7 @@ std::vector<Assumption> AssumptionFinder::assumptions(
   for (Parts& parts : all) {
     std::vector<std::string> texts;
     for (auto& [text, names] : parts.sentences) {
-      std::string whole = text;  // no format: a name in it may have braces
+      std::string whole = text;  // not fmt: names may contain braces
       if (const std::size_t place = whole.find("{}"); !names.empty() && place != whole.npos) {
         whole.replace(place, 2, joined(std::move(names), ", "));
       }
@@ -180,7 +180,7 @@ void AssumptionFinder::add_assumptions() {
 
 // ---- What the system does ----
 
-// What a publisher keeps for late subscriptions comes at once, and a constructor may send anything.
+// A transient-local topic delivers its kept messages at once, and a constructor may send anything.
 void AssumptionFinder::add_assumptions_of_start() {
   const auto add = [&](std::string text, std::size_t callback) {
     assume_of(callback, "start_is_over", std::move(text));
@@ -227,7 +227,7 @@ void AssumptionFinder::add_who_else_sends() {
                   ? "nothing comes to {} from outside of the file but what its `arrival` says"
               : receives ? "nobody outside of the file sends to {}"
                          : "nobody outside of the file receives what {} sends, which takes time");
-    // Those of containers are served by the thread `requests`.
+    // In a container, the threads `requests` serve these requests.
     if (process_of(i)->is_program)
       assume_of(i, "no_other_publishers", "nobody asks the parameter services of the node of {}");
   }
@@ -236,8 +236,9 @@ void AssumptionFinder::add_who_else_sends() {
   if (!description_.modes.empty()) add_switches_of_modes();
 }
 
-// Of what somebody may ask of it, a container refuses what takes a guarantee away that it knows: of
-// its own process, by the model that its file names. It unloads, and a node changes its state.
+// A container refuses requests that would break a guarantee that it knows of: only for chains of
+// its own process, and by the model that its file names. It does not refuse to unload components or
+// to change the state of a node.
 void AssumptionFinder::add_what_others_may_change() {
   const bool may_restart = std::any_of(
       description_.restarts.begin(), description_.restarts.end(),
@@ -269,7 +270,7 @@ void AssumptionFinder::add_what_others_may_change() {
        .executor = {}});
 }
 
-// One that is active again gets what has waited for it.
+// A node that becomes active again gets the messages that have waited for it.
 void AssumptionFinder::add_nodes_that_may_rest() {
   const auto& lifecycle = description_.lifecycle;
   using OnLoss = LifecycleDescription::OnLoss;
@@ -290,7 +291,7 @@ void AssumptionFinder::add_nodes_that_may_rest() {
   }
 }
 
-// A thread of a component may send at any time, and `published_by` in its code may be wrong.
+// Threads of a component may publish at any time, and the code may declare `published_by` wrongly.
 void AssumptionFinder::add_who_sends_besides() {
   for (std::size_t to = 0; to < callbacks_.size(); ++to) {
     if (callbacks_[to]->entity->kind() != EntityKind::subscription) continue;
@@ -299,7 +300,7 @@ void AssumptionFinder::add_who_sends_besides() {
       const MeasuredCallback* const seen = measured(each);
       return seen != nullptr && seen->executions != 0;
     });
-    if (was_seen) continue;  // see as_measured
+    if (was_seen) continue;  // as_measured covers it
     for (const ModelledProcess& process : processes_) {
       for (const ModelledProcess::Member& member : process.nodes) {
         if (takt::says_all(member)) continue;
@@ -318,7 +319,7 @@ void AssumptionFinder::add_who_sends_besides() {
   }
 }
 
-// Its container goes on, and the instance ends.
+// With such an `on_exception`, the container continues but the chain instance ends.
 void AssumptionFinder::add_exceptions() {
   for (std::size_t i = 0; i < callbacks_.size(); ++i) {
     const auto& nodes = process_of(i)->nodes;
@@ -331,7 +332,7 @@ void AssumptionFinder::add_exceptions() {
   }
 }
 
-// Of each callback by name: what neither the file, a run nor its component tells.
+// For each callback: properties that neither the file, a run nor its component states.
 void AssumptionFinder::add_what_nobody_says() {
   for (std::size_t i = 0; i < callbacks_.size(); ++i) {
     const Provenance execution = model_.callbacks[i].execution;
@@ -390,7 +391,7 @@ void AssumptionFinder::add_what_nobody_says() {
   }
 }
 
-// A thread that holds the heap's lock keeps its priority. Those of DDS use the heap, too.
+// A thread that holds the heap's lock inherits no priority. DDS threads use the heap, too.
 void AssumptionFinder::add_heap() {
   const auto uses_heap = [](const ModelledProcess::Member& member) {
     const auto* const component = dynamic_cast<const KnowsExecutionTimes*>(member.node.get());
@@ -409,7 +410,7 @@ void AssumptionFinder::add_heap() {
   }
 }
 
-// Each has few messages, and a receiver may keep one for as long as it likes.
+// A publisher has few loans, and a receiver may keep one for any time.
 void AssumptionFinder::add_what_nobody_says_of_loans(std::size_t from) {
   const auto add = [&](std::size_t callback) {
     if (says_all(callback)) return;

@@ -1,4 +1,4 @@
-// The analysis of a model, and what only the model knows of its chains.
+// The bounds of a model's chains, and the losses on them.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <chrono>
@@ -18,8 +18,8 @@ using analysis::Count;
 using analysis::kUnbounded;
 using analysis::Time;
 
-// A release that comes before the one before it has begun is served together with it, unless more
-// than one may wait; `skip` drops it as long as that one has not ended.
+// Releases of a timer that wait for it to begin are merged, unless more than one may wait. With
+// `skip`, a release is dropped if the earlier one has not ended.
 Loss loss_of_timer(const std::string& name, const SystemModel::Callback& facts,
                    const analysis::Callback& callback, analysis::Time bound) {
   const analysis::Time period = facts.period.count();
@@ -35,7 +35,7 @@ Loss loss_of_timer(const std::string& name, const SystemModel::Callback& facts,
           releases};
 }
 
-// From when its message was sent to its end.
+// The time from sending a message to the end of its callback.
 Time since_sent(const SystemModel::Callback& callback, const analysis::CallbackBound& bound) {
   return analysis::plus(bound.bound, callback.longest_way.count());
 }
@@ -49,7 +49,8 @@ Loss loss_of_overrun(const SystemModel& model, const ModelBounds& bounds, std::s
           0};
 }
 
-// What these callbacks cause may end the instance for all that get its messages.
+// Why an overrun at these callbacks or their successors may end the instance, for all of its
+// receivers.
 std::string why_ended_by(const SystemModel& model, const ModelBounds& bounds,
                          std::vector<std::size_t> left, std::vector<bool> seen) {
   while (!left.empty()) {
@@ -65,8 +66,8 @@ std::string why_ended_by(const SystemModel& model, const ModelBounds& bounds,
   return {};
 }
 
-// Whether all that it gets comes from one timer, or from one topic of others, on one way: else what
-// is overwritten may always be of the same source.
+// Whether all messages of the callback come from one timer or one topic from outside, on a single
+// path: otherwise the overwritten messages may all be of the same source.
 bool has_one_way(const SystemModel& model, std::size_t to) {
   for (std::size_t steps = 0; steps < model.system.callbacks.size(); ++steps) {
     std::vector<std::size_t> senders;
@@ -82,7 +83,7 @@ bool has_one_way(const SystemModel& model, std::size_t to) {
   return false;
 }
 
-// Of what comes to it from others: then it need not run again for the next one.
+// Losses after which the callback may not run at all for the next message, unlike overwriting.
 Loss loss_of_messages(const SystemModel& model, const ModelBounds& bounds, std::size_t index) {
   const SystemModel::Callback& facts = model.callbacks[index];
   const analysis::CallbackBound& bound = bounds.all.callbacks[index];
@@ -99,7 +100,7 @@ Loss loss_of_messages(const SystemModel& model, const ModelBounds& bounds, std::
             0};
   }
   const auto depth = static_cast<Count>(facts.depth);
-  const Count held = analysis::plus(std::min(bound.backlog, depth), 1);  // and the one that is read
+  const Count held = analysis::plus(std::min(bound.backlog, depth), 1);  // and the one being read
   if (analysis::times(held, static_cast<Count>(facts.bytes)) > static_cast<Count>(kMostReceived)) {
     return {
         fmt::format("{} messages of {} bytes may wait for '{}', and those of a topic from other "
@@ -137,7 +138,7 @@ Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t in
           has_one_way(model, index) ? bound.backlog : 0};
 }
 
-// Beside its path; but not after its last callback.
+// Why a branch off the path may end the instance; but not after the path's last callback.
 std::string why_ended_beside(const SystemModel& model, const ModelBounds& bounds,
                              const std::vector<std::size_t>& path) {
   std::vector<bool> seen(model.system.callbacks.size());
@@ -145,7 +146,7 @@ std::string why_ended_beside(const SystemModel& model, const ModelBounds& bounds
   return why_ended_by(model, bounds, {path.begin(), path.end() - 1}, std::move(seen));
 }
 
-// Of callbacks that the bounds of a chain depend on.
+// Why a user's handler may run for an unknown time, on executors that the bound depends on.
 std::string why_handled(const SystemModel& model, const ModelBounds& bounds,
                         const std::set<std::size_t>& executors) {
   for (std::size_t i = 0; i < model.callbacks.size(); ++i) {
@@ -161,7 +162,7 @@ std::string why_handled(const SystemModel& model, const ModelBounds& bounds,
   return {};
 }
 
-// A publisher that lends sends nothing when all that it has are with receivers and senders.
+// A publisher out of loans sends nothing: all are with receivers and senders.
 Loss loss_of_loans(const SystemModel& model, const ModelBounds& bounds, std::size_t from,
                    std::size_t to) {
   for (const auto& lending : model.callbacks[from].lendings) {
@@ -184,7 +185,7 @@ Loss loss_of_loans(const SystemModel& model, const ModelBounds& bounds, std::siz
   return {};
 }
 
-// Something on the way to it, or by `loss` at it.
+// Why a message may be lost on its way to the callback, or, by `loss`, at the callback.
 std::string why_lost(const SystemModel& model, const ModelBounds& bounds, std::size_t index,
                      Loss loss) {
   const std::string& best_effort = model.callbacks[index].best_effort;
@@ -219,11 +220,11 @@ void find_losses(const SystemModel& model, const ModelBounds& bounds,
   }
   const std::string beside = why_ended_beside(model, bounds, path);
   if (beside.empty()) return;
-  result.one_of = 0;  // each instance may be ended
+  result.one_of = 0;  // every instance may end early
   if (result.why_lossy.empty()) result.why_lossy = beside;
 }
 
-// Whether the next message that is sent to it may not come. A bound of a join counts on it.
+// Whether a message sent to the callback may be lost. The bound of a join depends on this.
 bool may_lose(const SystemModel& model, const ModelBounds& bounds, std::size_t index) {
   return !why_lost(model, bounds, index, loss_of_messages(model, bounds, index)).empty();
 }
@@ -253,8 +254,7 @@ ModelBounds analyze(const SystemModel& model) {
   for (const auto& chain : model.chains) longest = std::max(longest, chain.deadline.count());
   for (const auto& callback : model.callbacks) longest = std::max(longest, callback.period.count());
   ModelBounds bounds{bounds_of(model, model.system, 10 * longest), {}};
-  // What may be lost depends on bounds, and those of joins on what may be lost: the more, the
-  // longer.
+  // A fixed point: losses depend on bounds, and the bounds of joins grow with losses.
   analysis::System system = model.system;
   for (bool has_changed = has_joins(system); std::exchange(has_changed, false);) {
     for (std::size_t i = 0; i < system.callbacks.size(); ++i) {

@@ -1,5 +1,5 @@
-// The steps from nodes and threads to a SystemModel, and to what it rests on. Private to the
-// model's files.
+// The steps from nodes and threads to a SystemModel and its assumptions. Private to the model's
+// files.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_MODEL_MODEL_BUILDER_HPP_
 #define TAKT_CONTAINERS_MODEL_MODEL_BUILDER_HPP_
@@ -23,7 +23,7 @@
 
 namespace takt {
 
-/// One executor of the model: of the file, or a child of one that isolates.
+/// One executor of the model: one of the file, or a child of an isolated executor.
 struct ModelledPart {
   const ModelledProcess* process;
   const ExecutorDescription* description;
@@ -31,19 +31,19 @@ struct ModelledPart {
   std::vector<std::size_t> callbacks;
 };
 
-/// Rounded up. What is longer than a bound may be, has none.
+/// Rounded up; unbounded if it is longer than a bound can be.
 inline analysis::Time whole_time(double nanoseconds) {
   if (!(nanoseconds < static_cast<double>(analysis::kUnbounded))) return analysis::kUnbounded;
   return static_cast<analysis::Time>(std::ceil(nanoseconds));
 }
 
-/// A class of Takt's that says what its callbacks do: they do nothing else.
+/// Whether the node is of a class of Takt's that declares everything its callbacks do.
 inline bool says_all(const ModelledProcess::Member& member) {
   return member.is_of_takt &&
          dynamic_cast<const KnowsExecutionTimes*>(member.node.get()) != nullptr;
 }
 
-/// What is known of a model so far.
+/// The parts of a model that have been built so far.
 /// Thread safety: none. Real-time: no.
 class ModelParts {
  public:
@@ -62,36 +62,36 @@ class ModelParts {
   }
 
  protected:
-  /// A part of an assumption.
+  /// A fact that becomes part of an assumption.
   struct Fact {
     std::string id;
     Assumption::State state;
     std::string text;  // with {} for all `name` that share it
     std::string name;
     std::string source;
-    std::optional<std::size_t> executor;  // whose bounds rest on it; nullopt: all
+    std::optional<std::size_t> executor;  // whose bounds depend on it; nullopt: all executors
   };
   void assume(Fact fact) { facts_.push_back(std::move(fact)); }
-  /// Of what a BoundWatch sees.
+  /// The state of an assumption that a BoundWatch can check.
   Assumption::State if_watched() const noexcept {
     return description_.watches_bounds ? Assumption::State::checked : Assumption::State::unchecked;
   }
-  /// Of a callback, whose name stands for "{}" in the text.
+  /// Adds an assumption about a callback, whose name replaces "{}" in the text.
   void assume_of(std::size_t callback, const char* id, std::string text,
                  std::string source = "nobody",
                  Assumption::State state = Assumption::State::unchecked);
-  /// That it never happens that …
+  /// Assumes that `what` never happens, as the measured run has not shown it.
   void assume_unseen(const std::string& what, std::size_t callback);
   /// "declared at robot.yaml:7".
   static std::string declared_at(const SourceLine& where);
-  /// Of the first such key in the file; empty: there is none.
+  /// The line of the first such key in the file; empty: there is none.
   SourceLine line_of(std::string_view map, std::string_view key) const;
   std::string measured_source() const;
   std::pair<double, double> speeds_of(std::size_t executor) const;
   std::optional<Nanoseconds> said_by_component(std::size_t callback) const;
-  /// What it sends, by its component.
+  /// The messages that the callback sends, as its component states.
   std::optional<Sending> said_to_send(std::size_t callback) const;
-  /// The same of the callback's.
+  /// The same for the node of the callback.
   bool says_all(std::size_t callback) const;
   bool is_dropped(std::size_t callback) const {
     return callbacks_[callback]->parameters().serving == Serving::dropped;
@@ -100,22 +100,22 @@ class ModelParts {
   const ModelledProcess* process_of(std::size_t callback) const {
     return parts_[model_.system.callbacks[callback].executor].process;
   }
-  /// The callbacks of other processes that send to it.
+  /// The callbacks of other processes that send to this one.
   std::vector<std::size_t> senders_elsewhere(std::size_t callback) const;
   bool joins_dds() const { return description_.dds.has_value() || processes_.size() > 1; }
-  /// Nobody outside of the file is heard.
+  /// Whether nothing from outside of the file can be received.
   bool is_closed() const {
     return !joins_dds() || (description_.dds && description_.dds->discovery == DiscoveryRange::off);
   }
-  /// It, and then the other subscriptions of its topic, or servers of its service.
+  /// The callback, then the other subscriptions of its topic, or servers of its service.
   std::vector<std::size_t> of_same_topic(std::size_t callback) const;
-  /// How many messages at most an execution of one has sent to the other, or to another
-  /// subscription of its topic, in the measured run; nullopt: it has shown none.
+  /// The largest number of messages that one execution of `from` sent to `to`, or to another
+  /// subscription of its topic, in the measured run; nullopt: none was seen.
   std::optional<analysis::Count> seen_messages(std::size_t from, std::size_t to) const;
-  /// Which description states what comes to it from outside: its own, or that of another
-  /// subscription of the topic. nullptr: none does. Throws Error if two differ.
+  /// The description that states the arrivals from outside: of the callback, or of another
+  /// subscription of its topic. nullptr: there is none. Throws Error if two differ.
   const CallbackDescription* states_arrival(std::size_t callback) const;
-  /// As the file or a run says.
+  /// Whether messages come from outside, by the file or a run.
   bool comes_from_outside(std::size_t callback) const;
   const MeasuredCallback* measured(std::size_t callback) const {
     const auto found = measured_callbacks_.find(model_.system.callbacks[callback].name);
@@ -133,25 +133,25 @@ class ModelParts {
   std::map<std::string, const MeasuredCallback*, std::less<>> measured_callbacks_;
 
   SystemModel model_;
-  std::vector<ModelledPart> parts_;  // as model_.system.executors
+  std::vector<ModelledPart> parts_;  // indexed as model_.system.executors
   std::map<std::tuple<const ModelledProcess*, std::string, const void*>, std::size_t> part_index_;
-  std::vector<const ModelledProcess::Callback*> callbacks_;  // as model_.system.callbacks
+  std::vector<const ModelledProcess::Callback*> callbacks_;  // indexed as model_.system.callbacks
   std::vector<ModelledThread> threads_;
   std::vector<Place> places_;
   std::set<std::size_t> in_circle_;                // callbacks
-  std::map<std::size_t, analysis::Count> joined_;  // most messages that a run has seen at once
-  // Why what one callback sends does not come to another, though they have a topic in common.
+  std::map<std::size_t, analysis::Count> joined_;  // by join: the most messages at once in a run
+  // Why messages of one callback do not reach another one, though they have a topic in common.
   std::map<std::pair<std::size_t, std::size_t>, std::string> nothing_passes_;
   std::vector<bool> may_run_;   // by callback
-  bool finds_dropped_ = false;  // since this was last asked
+  bool finds_dropped_ = false;  // whether a callback that a mode drops was found
   std::vector<Fact> facts_;
 };
 
-/// How many times as long the callback takes as is known, see SystemDescription.
+/// The factor by which the callback takes longer than is known, see SystemDescription.
 double execution_scale(const SystemDescription& description, const Node& node,
                        const std::string& callback);
 
-/// What a model takes for granted of the run that was measured.
+/// Finds the assumptions under which the measured run applies.
 /// Thread safety: none. Real-time: no.
 class MeasuredRun : public ModelParts {
  public:
@@ -170,10 +170,10 @@ class MeasuredRun : public ModelParts {
   void add_how_it_sent(std::size_t callback);
   void add_other_processes(std::size_t callback);
 
-  std::vector<const MeasuredExecutor*> then_;  // by callback; without a name: nobody knows
+  std::vector<const MeasuredExecutor*> then_;  // by callback; not known if it has no name
 };
 
-/// What the bounds of a model rest on besides its numbers.
+/// Finds the assumptions of a model.
 /// Thread safety: none. Real-time: no.
 class AssumptionFinder : public MeasuredRun {
  public:
@@ -212,9 +212,9 @@ class AssumptionFinder : public MeasuredRun {
   void add_what_nodes_may_make();
   bool sends(std::size_t callback) const;
   bool gets_small_messages(std::size_t callback) const;
-  /// Those of these executors, one for each id and state; nullptr: of all.
+  /// The assumptions of these executors, one for each id and state; nullptr: of all.
   std::vector<Assumption> assumptions(const std::set<std::size_t>* executors) const;
-  /// On which the bound of a chain depends.
+  /// The executors that the bound of a chain depends on.
   std::set<std::size_t> executors_of(const std::vector<std::size_t>& path) const;
   std::vector<std::optional<std::size_t>> parts_of(const ModelledProcess& process,
                                                    const ModelledProcess::Member& node) const;
@@ -238,7 +238,7 @@ class ChainFinder : public AssumptionFinder {
   std::string why_it_never_runs(std::size_t callback);
 };
 
-/// Makes a SystemModel, step by step: an object for each.
+/// Makes a SystemModel, step by step. One object makes one model.
 /// Thread safety: none. Real-time: no.
 class ModelBuilder : public ChainFinder {
  public:
@@ -288,10 +288,10 @@ class ModelBuilder : public ChainFinder {
   void link_callers(std::size_t service);
   void link_answers(std::size_t client);
   std::size_t answering(std::size_t service) const;
-  /// How a message would go from one callback to another.
+  /// A path of messages from one callback to another.
   struct Way {
     std::string topic;
-    bool is_declared = false;  // that it does go
+    bool is_declared = false;  // the code declares that messages take it
     bool joins = false;
   };
   void link(std::size_t from, std::size_t to, const Way& way);

@@ -1,4 +1,4 @@
-// The chains of a model, what they rest on, and the verdict on each.
+// The chains of a model, their assumptions, and the verdict on each.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <utility>
@@ -13,7 +13,7 @@
 namespace takt {
 namespace {
 
-// What it sends after it has waited comes from a callback of its own.
+// Messages that a coroutine sends after a `co_await` belong to the callback of its resumption.
 bool is_coroutine(const ModelledProcess::Callback& callback) {
   const auto& of_node = callback.node->entities();
   return std::any_of(of_node.begin(), of_node.end(), [&](const std::shared_ptr<Entity>& other) {
@@ -91,7 +91,7 @@ void ChainFinder::count_begun(const std::vector<std::size_t>& path,
   });
 }
 
-// A chain that begins with a message begins when that is sent.
+// If a chain begins with a message, the instance begins when that message is sent.
 analysis::Time ChainFinder::delay_before(std::size_t first) {
   analysis::Time longest = 0;
   for (const analysis::Callback& from : model_.system.callbacks) {
@@ -113,8 +113,8 @@ analysis::Time ChainFinder::delay_before(std::size_t first) {
   return longest;
 }
 
-// An instance begins where its message does, so a run has none that begin at a callback to which
-// only others of its process send.
+// An instance begins where its first message is sent. So no run has instances that begin at a
+// callback that gets messages only from callbacks of its own process.
 std::string ChainFinder::why_it_begins_before(std::size_t first) {
   const std::vector<analysis::Callback>& all = model_.system.callbacks;
   if (all[first].arrivals) return {};
@@ -131,7 +131,7 @@ std::string ChainFinder::why_it_begins_before(std::size_t first) {
   return {};
 }
 
-// A join before the last callback of the path sends nothing when one of its inputs never comes.
+// A join before the last callback of the path never sends if one of its inputs never comes.
 std::string ChainFinder::why_it_never_joins(const std::vector<std::size_t>& path) {
   if (path.size() < 2) return {};
   const auto is_input = [&](std::size_t callback) {
@@ -164,7 +164,8 @@ std::string ChainFinder::why_it_never_joins(const std::vector<std::size_t>& path
   return {};
 }
 
-// Nothing comes to it, or to all that send to it. Circles have been cut.
+// Why the callback gets no message, directly or through its senders. The graph is acyclic: cycles
+// have been cut.
 std::string ChainFinder::why_it_never_runs(std::size_t callback) {
   std::string why;
   if (model_.system.callbacks[callback].arrivals) return why_nothing_comes({callback});
@@ -185,7 +186,7 @@ std::string ChainFinder::why_it_never_runs(std::size_t callback) {
   return why.empty() ? why_nothing_comes({callback}) : why;
 }
 
-// Why a chain has no instances, as far as its last callback here; empty: nothing is against it.
+// Why a chain has no instances, up to the last callback of `path`; empty: it has some.
 std::string ChainFinder::why_nothing_comes(const std::vector<std::size_t>& path) {
   const std::size_t index = path.back();
   const ModelledProcess::Callback& callback = *callbacks_[index];
@@ -235,8 +236,8 @@ std::string ChainFinder::why_nothing_comes(const std::vector<std::size_t>& path)
   return {};
 }
 
-// Its bound depends on the numbers of these: the executors on its way, those that send to them, and
-// those that run on their CPUs before them, or, where Linux throttles, beside them.
+// The executors that the bound depends on: those on the path, those that send to them, and those
+// that delay them on their CPUs; where Linux throttles, all that share these CPUs.
 std::set<std::size_t> AssumptionFinder::executors_of(const std::vector<std::size_t>& path) const {
   const analysis::System& system = model_.system;
   std::set<std::size_t> result;
@@ -304,7 +305,7 @@ bool has(const SystemModel::Chain& chain, Assumption::State state) {
                      [&](const Assumption& assumption) { return assumption.state == state; });
 }
 
-// A run was above a bound in which the machine takes no time: this is what it refutes.
+// A measured latency above a bound without overheads refutes that overheads are zero.
 bool refutes_overheads(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
   return bound.bound && chain.observed > *bound.bound &&
          std::any_of(
@@ -314,7 +315,8 @@ bool refutes_overheads(const SystemModel::Chain& chain, const ModelBounds::Chain
 
 }  // namespace
 
-// Some are on the way when the run begins or ends, or come before all nodes are active.
+// Allows for instances that are in transit at the begin and the end of the run, and for those
+// before all nodes are active.
 std::string why_lost_in_run(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
   if (chain.came_through == 0 || bound.one_of == 0 || !bound.bound) return {};
   const double begun = static_cast<double>(chain.begun);

@@ -1,4 +1,4 @@
-// What no number of a model tells: a chain with it has no guarantee.
+// Facts that no number of a model covers: a chain that depends on one has no guarantee.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
@@ -11,11 +11,11 @@
 
 namespace takt {
 
-// Callbacks that the model has seen and the file's components have not made: they may be made while
-// it runs, and nobody knows when they become ready.
+// Callbacks of the measured run that no constructor of the file's components has made: they may be
+// made at run time, and their arrivals are not known.
 void ModelBuilder::add_unknown_callbacks() {
   if (measured_ == nullptr) return;
-  // A program may have nodes that its file does not name: they stay with its own executors.
+  // A program may have nodes that its file does not name: the program's own executors serve them.
   const bool may_have_others =
       processes_.front().is_program &&
       std::any_of(model_.system.callbacks.begin(), model_.system.callbacks.end(),
@@ -48,7 +48,7 @@ void ModelBuilder::add_unknown_callbacks() {
   }
 }
 
-// A key without an entry is one that a library brings, or one that somebody has forgotten.
+// A key without an entry is of a library, or was forgotten in the table.
 void AssumptionFinder::add_keys_not_covered() {
   for (const WrittenKey& key : description_.keys) {
     const CoverageEntry* const entry = coverage_of(key.map, key.key);
@@ -72,11 +72,11 @@ void AssumptionFinder::add_keys_not_covered() {
                      [&](const ExecutorDescription& other) { return other.name == key.entry; });
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       const ModelledPart& part = parts_[i];
-      // A library that one executor names is that of all of its type.
+      // If one executor names a library, it applies to all executors of this type.
       const bool has_its_type = key.key == "library" && described != description_.executors.end() &&
                                 part.description->type == described->type;
       const bool is_it = part.description->name == key.entry || has_its_type;
-      // Every order has a bound; only what is said of another one may be wrong.
+      // Any order has a bound; only a statement about another order may be wrong.
       const bool has_order = part.scheduler == key.entry &&
                              model_.system.executors[i].order != analysis::Order::arbitrary;
       if (is_of_executor ? !is_it : !has_order) continue;
@@ -86,8 +86,8 @@ void AssumptionFinder::add_keys_not_covered() {
   }
 }
 
-// Those that serve a node's groups, of the same process; nullopt: one that has no callback yet, so
-// that nobody knows whom it delays.
+// The executors of the same process that serve a node's groups; nullopt: an executor without
+// callbacks so far: nobody knows which chains it delays.
 std::vector<std::optional<std::size_t>> AssumptionFinder::parts_of(
     const ModelledProcess& process, const ModelledProcess::Member& node) const {
   std::vector<std::optional<std::size_t>> result;
@@ -103,8 +103,8 @@ std::vector<std::optional<std::size_t>> AssumptionFinder::parts_of(
   return result;
 }
 
-// Such a node makes callbacks when it is configured, and nothing is configured here. What a run
-// has shown of them is in the model.
+// A lifecycle node makes callbacks when it is configured, which the analysis does not do. Those
+// that a run has shown are in the model.
 void AssumptionFinder::add_lifecycle_nodes() {
   for (const ModelledProcess& process : processes_) {
     for (const ModelledProcess::Member& member : process.nodes) {
@@ -124,7 +124,7 @@ void AssumptionFinder::add_lifecycle_nodes() {
   }
 }
 
-// Threads of Takt and of DDS that the file puts before those of callbacks.
+// Threads of Takt and of DDS to which the file gives a priority above those of callbacks.
 void AssumptionFinder::add_reserved_threads() {
   if (description_.realtime == Realtime::off) return;
   for (const ThreadDescription& thread : description_.threads) {

@@ -17,7 +17,7 @@ using analysis::kUnbounded;
 
 namespace {
 
-/// "/map", from the topic of its requests or replies: "rq/mapRequest", "rr/mapReply".
+/// "/map", from the topic of a service's requests or replies: "rq/mapRequest", "rr/mapReply".
 std::string service_of(const Entity& entity) {
   const std::string topic = entity.topic();
   return topic.substr(2, topic.rfind('R') - 2);
@@ -38,8 +38,8 @@ void ModelBuilder::link() {
   }
 }
 
-// Any callback of a node may ask through its clients, but that of a response only if it was seen:
-// otherwise each service would be on a circle.
+// Any callback of a node may call through the node's clients. A callback of a response counts only
+// if a run has shown the call: otherwise each service would lie on a cycle.
 void ModelBuilder::link_callers(std::size_t service) {
   const std::string name = service_of(*callbacks_[service]->entity);
   for (const ModelledProcess::Callback* const client : callbacks_) {
@@ -64,7 +64,7 @@ void ModelBuilder::link_answers(std::size_t client) {
   }
 }
 
-// A coroutine answers when it goes on.
+// A coroutine answers when it is resumed.
 std::size_t ModelBuilder::answering(std::size_t service) const {
   for (std::size_t i = 0; i < callbacks_.size(); ++i) {
     if (model_.system.callbacks[i].name == model_.system.callbacks[service].name + "/resumed") {
@@ -74,7 +74,7 @@ std::size_t ModelBuilder::answering(std::size_t service) const {
   return service;
 }
 
-// Whether a chain of the file goes from one to the other: that is declared.
+// Whether a chain of the file declares this link.
 bool ModelBuilder::is_step(std::size_t from, std::size_t to) const {
   const auto is_at = [this](const Chain::Step& step, std::size_t callback) {
     return step.first == callbacks_[callback]->node &&
@@ -92,7 +92,8 @@ bool ModelBuilder::is_step(std::size_t from, std::size_t to) const {
 void ModelBuilder::link_publishers(std::size_t to) {
   const std::string topic = callbacks_[to]->entity->topic();
   const Node* node = nullptr;
-  std::optional<PublishingCallbacks> publishing;  // of this node, whose callbacks are neighbours
+  // Of this node, whose callbacks are adjacent in the list.
+  std::optional<PublishingCallbacks> publishing;
   for (std::size_t from = 0; from < callbacks_.size(); ++from) {
     if (std::exchange(node, callbacks_[from]->node.get()) != callbacks_[from]->node.get()) {
       publishing = node->publishing_callbacks(topic);
@@ -108,8 +109,8 @@ void ModelBuilder::link_publishers(std::size_t to) {
   }
 }
 
-// Whether one of the node's publishers serves the subscription. If another does not, nobody knows
-// which one a callback uses.
+// Whether a publisher of the node matches the subscription. If another one does not match, nobody
+// knows which of them a callback uses.
 bool ModelBuilder::is_offered(const PublishingCallbacks& publishing, std::size_t from,
                               std::size_t to) {
   const auto* const end = dynamic_cast<const SubscriptionBase*>(callbacks_[to]->entity.get());
@@ -132,7 +133,8 @@ bool ModelBuilder::is_offered(const PublishingCallbacks& publishing, std::size_t
   return result;
 }
 
-// Of each node: what its publishers lend, and what waits for the end of a period.
+// For each node: the loans of its publishers, and the messages that are sent at the end of a
+// period.
 void ModelBuilder::add_publishers() {
   std::map<const Node*, std::vector<std::size_t>> callbacks;
   std::map<std::pair<const ModelledProcess*, std::string>, std::vector<std::size_t>> receivers;
@@ -166,7 +168,7 @@ void ModelBuilder::add_publishers(const Node& node, const std::string& topic,
                                   std::vector<analysis::Count>& outputs) {
   const auto publishing = node.publishing_callbacks(topic);
   if (!publishing) return;
-  std::size_t loans = 0;  // the least that one of its publishers has
+  std::size_t loans = 0;  // of the publisher with the fewest
   for (const PublishingCallbacks::Publisher& publisher : publishing->publishers) {
     if (publisher.loans != 0 && (loans == 0 || publisher.loans < loans)) loans = publisher.loans;
   }
@@ -196,13 +198,14 @@ void ModelBuilder::add_publishers(const Node& node, const std::string& topic,
   for (const std::size_t from : senders) model_.callbacks[from].lendings.push_back(lending);
 }
 
-// What is declared or was seen counts. What a run has not shown is left out, but said.
+// Adds a link that is declared or was measured. A link that a run could have shown but did not is
+// left out, with an assumption.
 void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
   const auto& callbacks = model_.system.callbacks;
   const MeasuredCallback* const seen = measured(from);
   const auto messages = seen_messages(from, to);
   const bool is_inside = process_of(from) == process_of(to);
-  // A trace sees no causes in other processes, and of a join only the last input.
+  // A trace has no causes from other processes, and only the last input of a join.
   const bool would_be_seen = seen != nullptr && seen->executions != 0 && is_inside && !way.joins &&
                              measured(to) != nullptr;
   if (!messages && !way.is_declared && would_be_seen && !is_step(from, to)) {
@@ -218,7 +221,7 @@ void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
   analysis::Output output{.to = to};
   if (messages) output.messages = *messages;
   output.waits = way.joins;
-  if (output.waits) {  // one of the inputs gets them, see below
+  if (output.waits) {  // choose_who_paces_joins() gives them to one input
     Count& most = joined_[to];
     most = std::max(most, std::exchange(output.messages, 0));
   }
@@ -240,7 +243,8 @@ void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
     }
     const auto* const end = dynamic_cast<const SubscriptionBase*>(callbacks_[to]->entity.get());
     if (!description_.dds || description_.dds->shared_memory != SharedMemory::off) {
-      std::size_t& depth = model_.callbacks[to].depth;  // by shared memory a queue comes before it
+      // With shared memory, messages pass through another queue first, which limits the depth.
+      std::size_t& depth = model_.callbacks[to].depth;
       depth = std::min(depth, kMostQueued);
       auto& most = model_.system.callbacks[to].depth;
       if (most) most = std::min(*most, static_cast<Count>(kMostQueued));
@@ -253,7 +257,7 @@ void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
   model_.system.callbacks[from].outputs.push_back(output);
 }
 
-// Callbacks that lie on circles, or between two: what they send to each other may come at any time.
+// Removes the links among callbacks on cycles, or between two cycles: their arrivals are unknown.
 void ModelBuilder::cut_circles() {
   auto& callbacks = model_.system.callbacks;
   std::vector<bool> is_left(callbacks.size(), true);
@@ -280,7 +284,7 @@ void ModelBuilder::cut_circles() {
   }
 }
 
-// The period of the fastest timer that its messages come from; 0 if they come from elsewhere, too.
+// The period of the fastest timer among the sources of its messages; 0: there are other sources.
 analysis::Time ModelBuilder::period_before(std::size_t callback) const {
   const analysis::Callback& described = model_.system.callbacks[callback];
   if (described.is_timer) return described.longest_gap;
@@ -296,7 +300,7 @@ analysis::Time ModelBuilder::period_before(std::size_t callback) const {
   return least == kUnbounded ? 0 : least;
 }
 
-// The slowest input of a join has its messages.
+// The input with the longest period triggers the join, and so has its messages.
 void ModelBuilder::choose_who_paces_joins() {
   std::map<std::size_t, std::pair<analysis::Time, analysis::Output*>> slowest;  // by receiver
   for (std::size_t from = 0; from < callbacks_.size(); ++from) {

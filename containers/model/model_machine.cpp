@@ -1,4 +1,4 @@
-// What a model takes for granted of the machine: what else runs there, and what that costs.
+// The assumptions about the machine: what else runs there, and overheads.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
@@ -25,7 +25,7 @@ using analysis::times;
 // their time is assumed to be zero. Seen: the assumption.
 constexpr std::size_t kFewBytes = 4096;
 
-/// To write or read so many bytes.
+/// The time to write or read the bytes.
 analysis::Time copying(const MachineDescription& machine, std::size_t bytes) {
   const double megabytes = static_cast<double>(bytes) / 1e6;
   return whole_time(megabytes * static_cast<double>(machine.publish_megabyte.count()));
@@ -56,7 +56,7 @@ void AssumptionFinder::add_assumptions_of_machine() {
             .source = "nobody",
             .executor = {}});
   }
-  // A run that is refused the lock goes on, unless the file requires it.
+  // Unless the file requires locked memory, a run without it continues.
   if (!description_.lock_memory || description_.realtime != Realtime::require) {
     assume({.id = "no_page_faults",
             .state = if_watched(),
@@ -117,7 +117,7 @@ void AssumptionFinder::add_cpus() {
   }
 }
 
-// Checks of a scheduler see some of its choices.
+// Tests of a scheduler see only some of its choices, so its traits may be wrong.
 void AssumptionFinder::add_orders() {
   constexpr std::array kOfTakt{"chain_edf",    "chain_priority", "edf",    "fifo", "fixed_priority",
                                "job_priority", "least_laxity",   "listed", "ros",  "round_robin"};
@@ -156,12 +156,12 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
         "Takt's own threads and those of DDS need no time on the CPUs of {}", "nobody");
     return;
   }
-  // A run that is refused them goes on, unless the file requires them.
+  // Unless the file requires real-time privileges, a run without them continues.
   add("realtime_granted",
       description_.realtime == Realtime::require ? State::checked : if_watched(),
       "Linux gives the threads of {} their policies and priorities", "nobody");
   if (!machine_.is_known || machine_.fair_server != Nanoseconds::zero()) {
-    // A watch cannot tell its turn from the end of a budget.
+    // A watch cannot distinguish a turn of the fair server from the end of a budget.
     add("rt_runtime_as_here", executor.reservation ? State::unchecked : if_watched(),
         executor.reservation
             ? "the fair server, which newer kernels have, runs no other threads before those of {}"
@@ -188,8 +188,8 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
       promise);
 }
 
-// Linux runs all reservations together: one that ends late delays the others and what is beside
-// them, and has less in its own next period.
+// Linux schedules all reservations together. One that ends late delays the others and all less
+// urgent threads, and has less budget in its own next period.
 void AssumptionFinder::add_reservations(std::size_t index) {
   const auto& executors = model_.system.executors;
   const std::vector<std::size_t> before = analysis::rivals(model_.system, index);
@@ -205,7 +205,7 @@ void AssumptionFinder::add_reservations(std::size_t index) {
   }
 }
 
-// Those that there were when it was analysed: others may come at any time.
+// Threads of other processes at the time of the analysis: further ones may come at any time.
 void AssumptionFinder::add_threads_of_others(std::size_t index) {
   for (const ModelledThread& thread : threads_) {
     if (thread.executor != index) continue;
@@ -216,7 +216,7 @@ void AssumptionFinder::add_threads_of_others(std::size_t index) {
                                                other.cpus.end()) != its.end();
       const bool is_before = other.is_reserved || (own.policy != ThreadPolicy::deadline &&
                                                    other.priority >= own.priority);
-      // A less urgent one takes of what Linux grants to all of them.
+      // A less urgent thread uses up some of the budget that Linux grants to all real-time threads.
       if (!may_meet || !(is_before || model_.system.for_realtime)) continue;
       const std::string of = other.process == 0 ? std::string("of a component")
                                                 : fmt::format("of process {}", other.process);
@@ -232,7 +232,7 @@ void AssumptionFinder::add_threads_of_others(std::size_t index) {
   }
 }
 
-// Of callbacks whose component says how long they work, but not how long they send.
+// Whether the callback sends messages at a cost that its component's execution time leaves out.
 bool AssumptionFinder::sends(std::size_t index) const {
   if (model_.callbacks[index].execution != Provenance::exact) return false;
   const auto sent = said_to_send(index);
@@ -263,11 +263,11 @@ std::vector<std::size_t> ModelParts::senders_elsewhere(std::size_t callback) con
   return result;
 }
 
-// What a component says of its execution is without what sending costs.
+// The time for sending, which the execution time of a component leaves out.
 Nanoseconds ModelBuilder::sending(std::size_t index) {
   const MachineDescription& machine = description_.machine;
   const auto sent = said_to_send(index);
-  analysis::Count& others = model_.callbacks[index].other_receivers;  // until now all of them
+  analysis::Count& others = model_.callbacks[index].other_receivers;  // so far all receivers
   const auto messages = static_cast<analysis::Count>(sent ? sent->messages : 1);
   others = std::max<analysis::Count>(0, others - messages);
   if (!sent) return Nanoseconds::zero();
@@ -287,7 +287,7 @@ Nanoseconds ModelBuilder::sending(std::size_t index) {
   return Nanoseconds(plus(result, copying(machine, sent->written)));
 }
 
-// What it costs to read a message of another process: the other end of what it costs to write it.
+// The cost of reading a message of another process, which equals the cost of writing it.
 Nanoseconds ModelBuilder::taking(std::size_t index) {
   const MachineDescription& machine = description_.machine;
   analysis::Time longest = comes_from_outside(index) ? machine.publish.count() : 0;
@@ -351,7 +351,7 @@ void AssumptionFinder::add_overheads() {
   }
 }
 
-// All that come to it in its own process.
+// Whether all messages of the callback are small and from its own process.
 bool AssumptionFinder::gets_small_messages(std::size_t callback) const {
   if (callbacks_[callback]->entity->kind() == EntityKind::timer) return true;
   if (comes_from_outside(callback) || !senders_elsewhere(callback).empty()) return false;
@@ -375,7 +375,8 @@ void AssumptionFinder::add_overheads_of_taking(std::size_t callback) {
   const Nanoseconds stated = description_.machine.publish;
   const Provenance from = model_.callbacks[callback].execution;
   if (from == Provenance::declared) return;
-  // With logical execution time it is taken before, so no execution that was measured has it.
+  // Under logical execution time, messages are taken before the callback, so measured times exclude
+  // it.
   if (from == Provenance::measured && model_.system.executors[executor].let_period == 0) return;
   const bool is_charged = from == Provenance::exact && machine_.overhead_samples == 0;
   assume_overhead("taking a message of another process", is_charged ? stated.count() : 0, stated,
@@ -405,7 +406,7 @@ void AssumptionFinder::add_overheads_of_sending(std::size_t callback) {
     assume_overhead("sending to a second subscription", stated.publish_receiver.count(),
                     stated.publish_receiver, executor);
   }
-  // Measured was what it takes inside of a process.
+  // Measured overheads are of sending within a process.
   const bool leaves = std::any_of(outputs.begin(), outputs.end(), [&](const auto& output) {
     return process_of(output.to) != process_of(callback);
   });

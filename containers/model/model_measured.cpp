@@ -1,4 +1,4 @@
-// What a model takes for granted of the run that was measured.
+// The assumptions under which the measured run applies.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <map>
@@ -27,9 +27,9 @@ void MeasuredRun::find_executors_then() {
   }
 }
 
-// Callbacks of one executor of one thread never wait for each other's locks.
+// Callbacks of one single-threaded executor never wait for each other's locks; on two they may.
 void MeasuredRun::add_new_neighbours() {
-  std::map<std::string_view, std::set<std::size_t>> now;  // by the executor then
+  std::map<std::string_view, std::set<std::size_t>> now;  // by their executor in the run
   for (std::size_t i = 0; i < callbacks_.size(); ++i)
     now[executor_then(i).name].insert(model_.system.callbacks[i].executor);
   for (std::size_t i = 0; i < callbacks_.size(); ++i) {
@@ -44,7 +44,7 @@ void MeasuredRun::add_new_neighbours() {
   }
 }
 
-// A callback that sends to it sent to others, too, which are gone or get something else.
+// Whether a sender of the callback had other receivers in the run, which are not its receivers now.
 bool MeasuredRun::had_other_receivers(std::size_t callback) const {
   for (std::size_t from = 0; from < callbacks_.size(); ++from) {
     const MeasuredCallback* const seen = measured(from);
@@ -61,9 +61,9 @@ bool MeasuredRun::had_other_receivers(std::size_t callback) const {
   return false;
 }
 
-// A message of a process is destroyed by its last receiver, and one that wants its own gets it
-// without a copy only if it is the last. What is overwritten, its sender destroys. That
-// depends on the threads of the receivers.
+// The last receiver of a message in a process destroys it; a receiver that wants a message of its
+// own gets it without a copy only if it is the last. A sender destroys the messages that it
+// overwrites. So the cost of each depends on the threads of the receivers.
 void MeasuredRun::add_who_destroys() {
   std::map<std::pair<const ModelledProcess*, std::string>, std::vector<std::size_t>> topics;
   for (std::size_t i = 0; i < callbacks_.size(); ++i) {
@@ -100,7 +100,7 @@ void MeasuredRun::add_who_destroys() {
   }
 }
 
-// What it sends reached its receivers otherwise then.
+// In the run, the messages of the callback reached their receivers in another way.
 void MeasuredRun::add_how_it_sent(std::size_t callback) {
   const analysis::Callback& now = model_.system.callbacks[callback];
   const MeasuredExecutor& then = executor_then(callback);
@@ -126,12 +126,12 @@ void MeasuredRun::add_how_it_sent(std::size_t callback) {
   }
 }
 
-// Processes to which it sends here, or from which it reads, and which it was in itself then; or
-// more of them, each of which gets a copy.
+// Senders and receivers that are in other processes now, but were in the callback's process in the
+// run; or receivers in more processes than then, each of which gets a copy.
 void MeasuredRun::add_other_processes(std::size_t callback) {
   const auto process_then = [&](std::size_t of) {
     const std::string name =
-        executor_then(of).name;  // "process/executor", of one process "executor"
+        executor_then(of).name;  // "process/executor"; in a run of one process "executor"
     return name.substr(0, name.rfind('/') + 1);
   };
   std::set<std::string> then;

@@ -1,4 +1,4 @@
-// What a mode leaves out of a model.
+// The callbacks that a mode drops, in a model.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@ std::string ModelParts::why_dropped(std::size_t callback) const {
   return fmt::format("'{}' is dropped in this mode", model_.system.callbacks[callback].name);
 }
 
-// An overrun or a component switches, if nobody else does.
+// An overrun or a component may switch the mode, even if no client does.
 void AssumptionFinder::add_switches_of_modes() {
   assume({.id = "nothing_is_changed",
           .state = if_watched(),
@@ -22,14 +22,15 @@ void AssumptionFinder::add_switches_of_modes() {
           .executor = {}});
 }
 
-// What a mode drops is picked and taken, which is what a dispatch takes.
+// A dropped message is only picked and taken, which costs a dispatch.
 void ModelBuilder::set_discarding(std::size_t index) {
   model_.callbacks[index].execution = Provenance::exact;
   model_.callbacks[index].given_up_after.reset();
   model_.callbacks[index].handled_after.reset();
 }
 
-// It sends nothing. A join for which it sends waits for ever: that the chains find by its output.
+// A dropped callback sends nothing. A join that waits for it never sends, which the chains find by
+// this output.
 void ModelBuilder::forget_outputs_of_dropped() {
   for (std::size_t i = 0; i < callbacks_.size(); ++i) {
     if (!is_dropped(i)) continue;

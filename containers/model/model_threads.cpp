@@ -18,7 +18,7 @@
 namespace takt {
 namespace {
 
-// Takt's own: a library may bring another policy for a band.
+// Only Takt's own type: in a library's, a band may have another policy.
 bool is_preemptive(const std::string& type) {
   return type == "preemptive";
 }
@@ -35,7 +35,7 @@ std::optional<Nanoseconds> least_of(std::initializer_list<std::optional<Nanoseco
   return least;
 }
 
-// A timer overruns, too, when it still runs at its next release.
+// A timer also overruns if it still runs at its next release.
 std::optional<Nanoseconds> handled_after(const CallbackParameters& parameters, Nanoseconds period) {
   const bool sees_overruns = is_of_user(parameters.on_overrun);
   return least_of({is_of_user(parameters.on_deadline_miss) ? parameters.deadline : std::nullopt,
@@ -59,7 +59,7 @@ analysis::Overheads overheads_of(const MachineDescription& machine, const Measur
 void ModelBuilder::set_overheads() {
   analysis::Overheads& overheads = model_.system.overheads;
   overheads = overheads_of(description_.machine, measured_);
-  // A slow CPU takes longer for a switch, too. The slowest counts for all.
+  // Context switches take longer on a slow CPU: the slowest CPU counts for all.
   double slowest = 1;
   for (const auto& [cpu, speed] : description_.machine.speed) slowest = std::min(slowest, speed);
   overheads.context_switch = static_cast<analysis::Time>(
@@ -184,7 +184,7 @@ void ModelBuilder::add_threads(const ModelledProcess& process,
   if (!traits.isolates) {
     own.resize(std::min(own.size(), traits.max_threads));
     int highest = 0;
-    if (is_preemptive(description.type)) {  // what is above one of its priorities is above all
+    if (is_preemptive(description.type)) {  // a thread above one of its priorities is above all
       model_.system.executors[part].levels = own.size();
       if (own.size() > 1) highest = own.back().priority;
       own.resize(1);
@@ -192,10 +192,11 @@ void ModelBuilder::add_threads(const ModelledProcess& process,
     for (const ThreadAttributes& thread : own) threads_.push_back({part, thread, highest});
     return set_count(own.size());
   }
-  // The executor knows it: nodes without callbacks have threads, too, and others have gone.
+  // The executor knows the thread: nodes without callbacks have threads, too, and some nodes have
+  // gone.
   const auto& [place, attributes] = callback.thread.value();
   ThreadAttributes thread = own[place % own.size()];
-  if (description.per == Isolation::group) {  // its group's parameters, when it was made
+  if (description.per == Isolation::group) {  // the group's parameters when its thread was made
     thread.priority = attributes.priority;
     thread.runtime = attributes.runtime;
     thread.deadline = attributes.deadline;
@@ -239,7 +240,7 @@ void ModelBuilder::place_threads() {
   const auto& stated = description_.machine.rt_runtime;
   const RealtimeGrant granted = stated ? RealtimeGrant{.runtime = *stated} : realtime_grant();
   if (granted.is_limited()) {
-    // The kernel looks once a tick whether it is used up, or others have got theirs.
+    // The kernel checks only once a tick whether the budget is used up, or others have had theirs.
     const Nanoseconds less = granted.runtime - scheduler_tick();
     model_.system.for_realtime = {.budget = std::max<analysis::Time>(1, less.count()),
                                   .period = granted.period.count()};

@@ -17,7 +17,7 @@ struct Thread {
   std::size_t executor;
   const ThreadAttributes* attributes;
   analysis::Executor::Share share;
-  int highest;  // of a band, on one CPU
+  int highest;  // priority of a band, on one CPU
 
   bool has_inside(const Thread& other) const {
     return highest != 0 && &other != this && share.meets(other.share) &&
@@ -27,8 +27,8 @@ struct Thread {
   bool is_reserved() const { return attributes->policy == ThreadPolicy::deadline; }
 };
 
-/// The others that preempt it, or may let it wait. As analysis::rivals, before executors have
-/// places.
+/// The threads that preempt this one, or may make it wait; like analysis::rivals, before executors
+/// have places.
 std::vector<const Thread*> rivals(const Thread& of, const std::vector<Thread>& all) {
   std::vector<const Thread*> found;
   for (const Thread& other : all) {
@@ -63,7 +63,7 @@ bool get_their_runtimes(const std::vector<Thread>& all, std::size_t cpus) {
     greatest = std::max(greatest, share);
   }
   const auto m = static_cast<double>(cpus);
-  return sum <= m - (m - 1) * greatest + 1e-9;  // of rounding
+  return sum <= m - (m - 1) * greatest + 1e-9;  // rounding errors
 }
 
 Place place_of_reserved(const ThreadAttributes& thread, const std::vector<Thread>& all,
@@ -102,7 +102,7 @@ Place place_of(const Thread& thread, const std::vector<Thread>& all, std::size_t
   }
   const std::vector<const Thread*> found = rivals(thread, all);
   const bool is_bound = own_cpus.size() == 1;
-  // There is a CPU for it whenever it is ready, and Linux moves a real-time thread there at once.
+  // There is always a free CPU for the thread, and Linux migrates a real-time thread there at once.
   if (found.size() < own_cpus.size() && (priority != 0 || found.empty())) {
     return {.share = priority != 0 || is_bound ? std::optional(thread.share) : std::nullopt,
             .cpu = is_bound ? own_cpus.front() : -1,
@@ -115,7 +115,7 @@ Place place_of(const Thread& thread, const std::vector<Thread>& all, std::size_t
   const auto equal = std::find_if(found.begin(), found.end(), [&](const Thread* other) {
     return !other->is_reserved() && other->share.priority == thread.share.priority;
   });
-  // Linux moves those of SCHED_OTHER to a free CPU, but not at once.
+  // Linux migrates SCHED_OTHER threads to a free CPU, but not at once.
   if (priority == 0 && (equal != found.end() || !is_bound)) {
     return {.unknown = fmt::format("the threads {} share CPU {} without real-time priorities",
                                    names(thread, found), fmt::join(own_cpus, ", "))};
@@ -129,7 +129,7 @@ Place place_of(const Thread& thread, const std::vector<Thread>& all, std::size_t
   return {.share = thread.share, .cpu = is_bound ? own_cpus.front() : -1};
 }
 
-// Several threads need a CPU each.
+// All threads of a pool need a CPU each, of their own.
 Place place_of_pool(const std::vector<const Thread*>& pool, const std::vector<Thread>& all,
                     std::size_t cpus, bool is_exclusive) {
   std::vector<const Thread*> movers;
@@ -178,7 +178,7 @@ std::vector<Place> find_places(std::span<const ModelledThread> threads, std::siz
       result[executor] = place_of(*mine.front(), all, cpus.size(), is_exclusive);
     if (mine.size() > 1) result[executor] = place_of_pool(mine, all, cpus.size(), is_exclusive);
   }
-  // A pool that may run on the CPUs of one thread delays that by what is not known.
+  // A pool that may run on the only CPU of a thread delays that thread by an unknown time.
   for (const Thread& thread : all) {
     Place& place = result[thread.executor];
     const std::vector<const Thread*> found = rivals(thread, all);

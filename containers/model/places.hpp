@@ -17,8 +17,8 @@ namespace TAKT_INTERNAL takt {
 /// A thread of an executor.
 struct ModelledThread {
   std::size_t executor = 0;     // several threads may belong to one
-  ThreadAttributes attributes;  // of a band the lowest one's
-  int highest = 0;              // priority of a band; 0: it is none
+  ThreadAttributes attributes;  // of a band: of its lowest thread
+  int highest = 0;              // of a band: its highest priority; 0: no band
 };
 
 /// The CPU time that an executor's threads get.
@@ -27,13 +27,14 @@ struct Place {
   std::optional<analysis::Executor::Share> share;
   /// The CPU that all of its threads are bound to; -1: none.
   int cpu = -1;
-  /// Executors whose threads may take a CPU from one of its own, for which there is another.
+  /// Executors whose threads may push one of its threads to another CPU, of which one is always
+  /// free.
   std::vector<std::size_t> movers;
-  std::string unknown;  // why nothing can be said; empty: something can
+  std::string unknown;  // why no bound is known; empty: one is
 };
 
-/// By executor. A thread that is not a real-time one gets something only if nothing else runs on
-/// the machine, and there is a CPU for each.
+/// The places by executor. A thread without real-time priority has a supply only if nothing else
+/// runs on the machine, and there is a CPU for each thread.
 /// Thread safety: a pure function. Real-time: no.
 std::vector<Place> find_places(std::span<const ModelledThread> threads, std::size_t executors,
                                const std::vector<int>& cpus, bool is_exclusive);

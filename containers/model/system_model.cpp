@@ -27,11 +27,11 @@ using analysis::kUnbounded;
 
 namespace {
 
-// A callback that gives up its CPU for longer waits for something that nobody has described. Locks
-// of the library are shorter.
+// Blocking longer than this is for something that nobody has described. Locks of the library block
+// for less.
 constexpr Nanoseconds kShortWait = std::chrono::microseconds(100);
 
-/// As Node::create_client names it: "/arm/move" → "arm_move_timeout".
+/// The name that Node::create_client gives to the timer: "/arm/move" → "arm_move_timeout".
 std::string timeout_name_of(std::string name) {
   name.erase(0, std::min(name.find_first_not_of("/~"), name.size()));
   std::replace(name.begin(), name.end(), '/', '_');
@@ -42,8 +42,8 @@ std::string timeout_name_of(std::string name) {
 
 // ---- Callbacks ----
 
-// The timer that a client has for requests that are not answered: the library cancels it when it
-// makes it, and its period says nothing. A user's timer counts by its period, whatever its name.
+// Whether the timer is a client's, for requests that get no answer: the library cancels it at once,
+// and its period means nothing. A user's timer counts by its period, whatever its name.
 bool ModelBuilder::is_timeout(const Entity& entity) const {
   const auto* const timer = dynamic_cast<const Timer*>(&entity);
   if (timer == nullptr || !timer->is_canceled() || timer->period() != std::chrono::hours(1)) {
@@ -56,8 +56,8 @@ bool ModelBuilder::is_timeout(const Entity& entity) const {
   });
 }
 
-// The library's alarms and time-outs are set by something else, those of a component perhaps by its
-// code, and simulated time may run at any speed.
+// Not periodic: alarms and time-outs of the library, timers whose releases a component sets, and
+// timers in simulated time, which may run at any speed.
 bool ModelBuilder::is_periodic(std::size_t callback) const {
   const Entity& entity = *callbacks_[callback]->entity;
   const auto* timer = dynamic_cast<const Timer*>(&entity);
@@ -69,7 +69,7 @@ bool ModelBuilder::is_periodic(std::size_t callback) const {
   return !is_alarm && !is_timeout(entity);
 }
 
-// Of the slowest and the fastest CPU that its threads may use.
+// The speeds of the slowest and the fastest CPU that the executor's threads may use.
 std::pair<double, double> ModelParts::speeds_of(std::size_t executor) const {
   const auto& speeds = description_.machine.speed;
   std::vector<double> found;
@@ -95,7 +95,8 @@ void ModelBuilder::set_execution(std::size_t index) {
   const Nanoseconds exact = said ? *said + sending(index) + taken : Nanoseconds::zero();
   const MeasuredCallback* const seen = measured(index);
   const auto [slowest, fastest] = speeds_of(described.executor);
-  // The measured ones are of a CPU of unknown speed: of the slowest, at least this is true.
+  // The speed of the CPU of the run is not known: a measured time counts as of the slowest, a lower
+  // bound.
   const Nanoseconds shown =
       seen == nullptr ? Nanoseconds::zero()
                       : Nanoseconds(static_cast<Nanoseconds::rep>(
@@ -120,7 +121,7 @@ void ModelBuilder::set_execution(std::size_t index) {
   } else if (said) {
     facts.execution = Provenance::exact;
     longest = exact;
-    if (says_all(index)) least = *said;  // another one may send before its end
+    if (says_all(index)) least = *said;  // a callback of another class may send before its end
   }
   if (budget && *budget < known) {
     assume({.id = "budgets_hold",
@@ -135,7 +136,7 @@ void ModelBuilder::set_execution(std::size_t index) {
   if (!callback.described.publishes_at_end) least = Nanoseconds::zero();
   const double scale = execution_scale(description_, *callback.node, described.name);
   if (scale != 1 && facts.execution == Provenance::exact) facts.execution = Provenance::declared;
-  // Whole nanoseconds at speed 1, as a simulation has them.
+  // Whole nanoseconds at speed 1, like the work in a simulation.
   const double work = std::ceil(scale * static_cast<double>(longest.count()));
   const double least_work = std::floor(scale * static_cast<double>(least.count()));
   described.execution = std::max<analysis::Time>(1, whole_time(work / slowest));
@@ -144,8 +145,7 @@ void ModelBuilder::set_execution(std::size_t index) {
   if (facts.execution != Provenance::unknown) add_waits(index);
 }
 
-// What the file declares must not be less than what the component says; what a run has shown
-// refutes it.
+// A declared time below that of the component is an error; a measured time above it refutes it.
 void ModelBuilder::compare_execution(Nanoseconds said, Nanoseconds seen, std::size_t index) {
   const CallbackDescription& described = callbacks_[index]->described;
   const analysis::Callback& callback = model_.system.callbacks[index];
@@ -165,9 +165,9 @@ void ModelBuilder::compare_execution(Nanoseconds said, Nanoseconds seen, std::si
           .executor = callback.executor});
 }
 
-// Its thread runs nothing else while it waits. Source: Chen et al.: "Many suspensions, many
-// problems", Real-Time Systems 2019: to count suspension as execution is safe, also for less urgent
-// threads of the CPU. Not for a reservation, whose budget a wait forfeits.
+// The thread runs nothing else while the callback blocks. To count suspension as execution is safe,
+// also for less urgent threads of the CPU (Chen et al.: "Many suspensions, many problems",
+// Real-Time Systems 2019); but not for a reservation, which forfeits its budget while it waits.
 void ModelBuilder::add_waits(std::size_t index) {
   const CallbackDescription& stated = callbacks_[index]->described;
   const MeasuredCallback* const seen = measured(index);
@@ -246,7 +246,7 @@ void ModelBuilder::set_order(const ModelledPart& part) {
     callback.urgency = -static_cast<std::int64_t>(ranks[i]);
     const auto point = traits.point != nullptr ? traits.point(infos[i]) : std::nullopt;
     callback.point = point ? point->count() : kUnbounded;
-    // A point counts from when a message was sent, and a bound from when it has come.
+    // A point in time counts from the sending of a message, and a bound from its arrival.
     const bool is_late = point && model_.callbacks[part.callbacks[i]].longest_way.count() != 0;
     if (!is_late || executor.order != analysis::Order::by_point) continue;
     executor.order = analysis::Order::arbitrary;
@@ -258,10 +258,11 @@ void ModelBuilder::set_order(const ModelledPart& part) {
   }
 }
 
-// A thread waits for all that are as urgent on its CPU: what they need must be known.
+// A thread waits for all rivals on its CPU, so a rival without a known demand makes its bound
+// unknown.
 void ModelBuilder::pass_on_what_is_unknown() {
   auto& executors = model_.system.executors;
-  std::vector<std::string> causes;  // by executor: without those that pass it on
+  std::vector<std::string> causes;  // by executor; not those that only inherit an unknown
   for (const analysis::Executor& executor : executors) {
     causes.push_back(executor.spin >= kUnbounded && executor.unknown.empty()
                          ? fmt::format("'{}' spins always", executor.name)

@@ -1,4 +1,4 @@
-// From a system of nodes, threads and files to the numbers that its analysis needs.
+// The model of a system for its analysis, from nodes, threads and files.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_MODEL_SYSTEM_MODEL_HPP_
 #define TAKT_CONTAINERS_MODEL_SYSTEM_MODEL_HPP_
@@ -26,8 +26,9 @@ struct ModelledProcess {
     std::shared_ptr<Entity> entity;
     std::string executor;                            // the name
     CallbackDescription described;                   // by the file
-    std::optional<CallbackParameters> changed = {};  // instead of those that it has
-    /// With `isolated`: the place of the thread that runs it, and the attributes it was made with.
+    std::optional<CallbackParameters> changed = {};  // instead of the node's own
+    /// On an `isolated` executor: the index of the callback's thread, and its attributes when it
+    /// was made.
     struct Thread {
       std::size_t place = 0;
       ThreadAttributes attributes;
@@ -37,20 +38,21 @@ struct ModelledProcess {
 
     CallbackParameters parameters() const;
   };
-  /// Also one that has no callbacks yet.
+  /// A node of the process, even if it has no callbacks yet.
   struct Member {
     std::shared_ptr<Node> node;
     std::vector<std::string> executors;  // of its groups
     SourceLine where;
-    bool is_of_takt = false;           // its class is one that comes with Takt
-    bool ends_with_exceptions = true;  // and its container; else an exception ends only an instance
+    bool is_of_takt = false;  // its class comes with Takt
+    // An exception ends the process; false: only the instance.
+    bool ends_with_exceptions = true;
   };
   std::string name;
   std::vector<ExecutorDescription> executors;  // as they are made
   std::vector<ThreadAttributes> threads;       // by name, those of executors
   std::vector<Callback> callbacks;
   std::vector<Member> nodes;
-  /// A program that does more than the file says.
+  /// A program may do more than the file describes.
   bool is_program = false;
 };
 
@@ -64,48 +66,50 @@ struct MachineFacts {
     int priority = 0;
     std::vector<int> cpus;
   };
-  bool is_known = false;  // it is this one, and the rest is true
+  bool is_known = false;  // it is this machine, and the fields below are true
   bool is_virtual = false;
   std::vector<Thread> others;
   Nanoseconds fair_server{0};  // see takt::fair_server()
-  /// The overheads of `machine:` were measured here, by so many samples; 0: the file states them.
+  /// Number of samples by which the overheads of `machine:` were measured here; 0: they are of the
+  /// file.
   std::size_t overhead_samples = 0;
 };
 
 /// Where the execution time of a callback comes from.
 enum class Provenance {
   declared,  // `execution:` in the file
-  promised,  // `budget:`; longer ones are counted, not prevented
+  promised,  // `budget:`; a longer execution is counted, not prevented
   measured,  // in a model file, with its margin
-  exact,     // the component says it: what it burns, without what sending costs
+  exact,     // stated by the component: its own work, without sending
   unknown,
 };
 std::string_view to_string(Provenance provenance) noexcept;
 
-/// A system as the analyses see it, in nanoseconds, and what people want to know of it.
+/// A system as the analyses see it, in nanoseconds, with facts for reports.
 struct SystemModel {
   struct Callback {
     Provenance execution = Provenance::unknown;
-    Nanoseconds waits{0};  // of the execution, in which it needs no CPU
+    Nanoseconds waits{0};  // the part of the execution time that needs no CPU
     std::uint64_t measured_executions = 0;
-    /// CPU times of the measured run, of which no bound is made; longest 0: there are none.
+    /// CPU times of the measured run, for comparison only; longest 0: none.
     MeasuredTimes seen;
     std::size_t depth = 0;      // of a subscription's queue; 0: none
     Nanoseconds period{0};      // of a timer
     std::uint64_t dropped = 0;  // in the measured run: messages, or releases of a timer
     std::optional<Nanoseconds> lifespan = {};  // of its messages
-    /// Of its messages, from another process: what counts from when they were sent has less left.
+    /// The longest `delay` of its messages from other processes: deadlines count from their
+    /// sending.
     Nanoseconds longest_way{0};
-    std::size_t bytes = 0;    // of what it gets from another process, as its sender says
+    std::size_t bytes = 0;    // of a message from another process, as its sender states
     std::string best_effort;  // why messages to it may be lost on their way; empty: they are not
-    /// Its chain instance ends if it takes longer: `overrun: abort`.
+    /// With `overrun: abort`: the chain instance ends if the callback takes longer.
     std::optional<Nanoseconds> given_up_after;
-    analysis::Count other_receivers = 0;  // of what it sends at once, but for one of each message
-    bool merges = false;                  // what triggers it before it begins is served at once
-    bool skips = false;  // of a timer: a release that comes before the one before it has ended
-    /// If it takes longer, a handler of its code runs, for a time that nobody knows.
+    analysis::Count other_receivers = 0;  // of messages sent at once, beside one for each message
+    bool merges = false;                  // all triggers before it begins are served at once
+    bool skips = false;  // of a timer: skips releases before the earlier one has ended
+    /// If the callback takes longer, a handler of the user runs, for an unknown time.
     std::optional<Nanoseconds> handled_after;
-    /// A publisher that lends its messages, and sends nothing when all are with somebody.
+    /// A publisher with loans: it sends nothing when all loans are in use.
     struct Lending {
       std::string topic;
       analysis::Count loans = 0, in_use = 0;  // in_use: most that its senders have at a time
@@ -116,35 +120,35 @@ struct SystemModel {
   struct Chain {
     std::string name;
     Nanoseconds deadline{0};   // 0: none
-    Nanoseconds observed{0};   // the longest that the measured model has seen; 0: not known
-    Nanoseconds simulated{0};  // the longest in a simulation, of the times of this model; 0: none
+    Nanoseconds observed{0};   // the longest latency in the measured run; 0: not known
+    Nanoseconds simulated{0};  // the longest latency in a simulation of this model; 0: none
     /// How many instances began in the measured run, and came through; 0: not known.
     std::uint64_t begun = 0, came_through = 0;
     double begun_a_second = 0;
-    bool is_managed = false;  // by a life cycle: it began before all were active
+    bool is_managed = false;  // its nodes have a lifecycle: it began before all were active
     bool allows_losses = false;
-    /// How long messages to its first callback are on their way: they are released when they are
-    /// sent. kUnbounded: that is not known.
+    /// How long messages to its first callback are in transit: an instance begins when its message
+    /// is sent. kUnbounded: not known.
     analysis::Time delay = 0;
     std::vector<Assumption> assumptions;  // of its bound, each id once
-    std::set<std::size_t> executors;      // on whose numbers it depends
+    std::set<std::size_t> executors;      // that its bound depends on
     std::string why_not;                  // if it is not in the system
-    bool is_dropped = false;              // in this mode it has no instances: see why_not
-    std::size_t index = 0;                // in system.chains, else
+    bool is_dropped = false;              // this mode drops a callback: see why_not
+    std::size_t index = 0;                // in system.chains, if why_not is empty
   };
   analysis::System system;
-  std::vector<SourceLine> executors_at;  // the lines of the system's
-  std::vector<Callback> callbacks;       // as in the system
+  std::vector<SourceLine> executors_at;  // the lines of system.executors
+  std::vector<Callback> callbacks;       // indexed as system.callbacks
   std::vector<Chain> chains;             // of the file
   std::vector<Assumption> assumptions;   // of all chains
 };
 
-/// What the file says comes first. A thread that wakes has been switched to, too.
+/// Overheads stated in the file take precedence. A wake-up includes a context switch.
 analysis::Overheads overheads_of(const MachineDescription& machine, const MeasuredModel* measured);
 
-/// Builds the model of the processes of a description. Execution times, in this order: the file's,
-/// its budgets, the measured ones, the component's. An executor that runs something
-/// of unknown length, and all that wait for it, have no bound, and the model says why.
+/// Builds the model of the processes of a description. Precedence of execution times: the file's,
+/// its budgets, the measured ones, the component's. An executor with a callback of unknown
+/// execution time has no bound, nor have executors that wait for it, and the model says why.
 /// Thread safety: from any thread. Real-time: no.
 SystemModel make_system_model(const SystemDescription& description,
                               std::span<const PlannedChain> chains,
@@ -157,41 +161,42 @@ struct ModelBounds {
   struct Chain {
     std::optional<Nanoseconds> bound;
     std::string why_not;
-    /// The bound is of the instances that come through. What may be lost, and how many: of so many
-    /// one comes through at least; 1: none is lost; 0: that is not known.
+    /// The bound is for instances that come through. Why some may be lost; and at least one of so
+    /// many comes through. 1: none is lost; 0: that is not known.
     std::string why_lossy;
     analysis::Count one_of = 1;
   };
-  analysis::Bounds all;       // as in the system
+  analysis::Bounds all;       // indexed as in the system
   std::vector<Chain> chains;  // as in SystemModel::chains
 };
 
-/// Analyses the model: analysis::analyze, with a limit that fits its deadlines and periods; and
-/// what only the model knows: a chain has no bound if a queue on it may overflow.
+/// Analyses the model with analysis::analyze, within a limit that fits its deadlines and periods,
+/// and adds what depends on the model: losses, and chains that have no bound.
 ModelBounds analyze(const SystemModel& model);
 
-/// The result for a chain, from its bound, what it rests on, and the latencies that were measured.
+/// The verdict on a chain, from its bound, its assumptions and its measured latencies.
 enum class Verdict {
   unjudged,     // it has no deadline
-  dropped,      // in a mode that drops one of its callbacks: it has no instances
+  dropped,      // the mode drops one of its callbacks: no instances
   guaranteed,   // its bound is at most its deadline, all come through unless it allows losses, and
                 // each assumption is checked or accepted
-  bounded_if,   // the same, but for these: see missing()
-  not_shown,    // its bound is larger; it may be in time
-  not_covered,  // there is something of which no number tells
+  bounded_if,   // as guaranteed, but for assumptions: see missing()
+  not_shown,    // its bound exceeds the deadline; it may be in time
+  not_covered,  // it depends on a fact that no number covers
   may_lose,     // in time, if it comes through
   no_bound,
-  missed,   // a run has missed the deadline, or a simulation does
-  refuted,  // one took longer than the bound, or did what the file says does not happen
+  missed,  // a run has missed the deadline, or a simulation does
+  // A latency exceeded the bound, or the system did what the file excludes.
+  refuted,
 };
 std::string_view to_string(Verdict verdict) noexcept;
 Verdict verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
 /// For people: "guaranteed (2 accepted)".
 std::string describe(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
-/// Fewer instances came through in the measured run than the bound covers; empty: not so.
+/// Why the measured run lost more instances than the bound allows for; empty: it did not.
 std::string why_lost_in_run(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
-/// The assumptions that keep a bound from being a guarantee: what nobody checks or accepts, and
-/// what is refuted or not covered.
+/// The assumptions that keep a bound from being a guarantee: not checked or accepted, refuted, or
+/// not covered.
 std::vector<const Assumption*> missing(const SystemModel::Chain& chain,
                                        const ModelBounds::Chain& bound);
 

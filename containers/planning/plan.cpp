@@ -41,7 +41,8 @@ class SystemGraph {
     }
   }
 
-  /// At most two paths from one callback to another, without loops: a second one is an error.
+  /// The paths from one callback to another, without cycles; at most two, as a second one is an
+  /// error.
   std::vector<std::vector<Chain::Step>> paths(const Chain::Step& from,
                                               const Chain::Step& to) const {
     std::vector<std::vector<Chain::Step>> result;
@@ -54,7 +55,7 @@ class SystemGraph {
     return result;
   }
 
-  /// All paths from a timer to a last callback; at most kMostChains + 1.
+  /// All paths from timers to callbacks without successors; at most kMostChains + 1.
   std::vector<std::vector<Chain::Step>> all_paths() const {
     std::vector<std::vector<Chain::Step>> result;
     for (std::size_t i = 0; i < callbacks_.size(); ++i) {
@@ -67,8 +68,8 @@ class SystemGraph {
     return result;
   }
 
-  /// The shortest period from which messages reach each callback, in order; 0: none is known.
-  /// `own`: of each callback itself, or 0.
+  /// For each callback, its own period, or else the shortest one of the callbacks whose messages
+  /// reach it; 0: not known. `own`: the callbacks' own periods, or 0.
   std::vector<Nanoseconds> fastest(const std::vector<Nanoseconds>& own) const {
     std::vector<std::size_t> roots;
     for (std::size_t i = 0; i < own.size(); ++i)
@@ -82,7 +83,7 @@ class SystemGraph {
         const std::size_t from = open.back();
         open.pop_back();
         for (const std::size_t to : links_[from]) {
-          if (result[to] != Nanoseconds::zero()) continue;  // of a faster root, or its own
+          if (result[to] != Nanoseconds::zero()) continue;  // a faster root's, or its own
           result[to] = own[root];
           open.push_back(to);
         }
@@ -101,8 +102,8 @@ class SystemGraph {
     for (const std::size_t i : path) result.push_back(callbacks_[i]);
     return result;
   }
-  /// Calls goes_on(path, whether the path ends here) for the path and for all its continuations,
-  /// while it returns true.
+  /// Searches depth-first: calls goes_on(path, whether the path ends here) for the path and for its
+  /// continuations. A path for which it returns false is not continued.
   template <class GoesOn>
   void walk(std::vector<std::size_t> path, GoesOn&& goes_on) const {
     std::vector<std::size_t> next;

@@ -32,7 +32,7 @@ struct Plan {
   struct Callback {
     std::shared_ptr<Node> node;
     std::shared_ptr<Entity> entity;
-    Nanoseconds period{0};  // its own, or that of its chain's or its rate's timer; 0: unknown
+    Nanoseconds period{0};  // its own, or of a timer whose messages reach it; 0: unknown
     int priority = 0;       // assigned
     std::string chain;      // the most critical one; empty: none
     std::string executor;   // assigned; empty: none, or given in the file
@@ -42,7 +42,7 @@ struct Plan {
     ThreadAttributes thread;
     double utilisation = 0;
   };
-  std::shared_ptr<const void> look;  // of a container's plan: unload() waits until it has gone
+  std::shared_ptr<const void> look;  // of a container: unload() waits until this is dropped
   std::vector<PlannedChain> chains;
   std::vector<Callback> callbacks;
   std::vector<Executor> executors;  // the most critical first
@@ -55,11 +55,11 @@ std::vector<PlannedChain> find_chains(const SystemDescription& description,
                                       const std::vector<std::shared_ptr<Node>>& nodes,
                                       std::vector<std::string>& errors);
 
-/// Makes the plan with picas::assign. With rate_monotonic, callbacks get other priorities: 1 for
-/// the longest period, and one more for each shorter one; 0 if no period is known. A subscription
-/// has that of the fastest timer whose messages reach it in this process. Thread priorities start
-/// at 80 and decrease. `placed`: groups that have an executor already; a chain gets one only for
-/// others. `cpus`: for its threads.
+/// Makes the plan with picas::assign. With rate_monotonic, callbacks get priorities by their
+/// periods instead: 1 for the longest, and one more for each shorter one; 0: no period is known. A
+/// subscription has the period of the fastest timer whose messages reach it in this process. Thread
+/// priorities start at 80 and decrease. `placed`: groups that have an executor already; chains get
+/// executors only for other groups. `cpus`: for the threads of chains.
 Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_ptr<Node>>& nodes,
                const std::vector<const CallbackGroup*>& placed = {},
                const std::vector<int>& cpus = available_cpus(),

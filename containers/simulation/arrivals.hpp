@@ -19,7 +19,7 @@ class Arrivals {
       : curve_(std::move(curve)), next_(first) {}
 
   TimePoint next() const noexcept { return next_; }
-  /// It comes; finds the one after it.
+  /// Takes the next arrival, and computes the one after it.
   void take() {
     past_.push_back(next_);
     if (past_.size() > kMostPast) past_.pop_front();
@@ -36,7 +36,7 @@ class Arrivals {
   // than it might, if more may come at once. Seen: nothing.
   static constexpr std::size_t kMostPast = 1024;
 
-  // In the long run there are no more.
+  // The mean distance that the curve permits in the long run.
   Nanoseconds mean() const { return Nanoseconds(curve_.least_distance(kMostPast + 1) / kMostPast); }
 
   const analysis::ArrivalCurve curve_;

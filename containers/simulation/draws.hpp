@@ -1,4 +1,4 @@
-// What a simulation draws.
+// Random numbers and times of a simulation.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_SIMULATION_DRAWS_HPP_
 #define TAKT_CONTAINERS_SIMULATION_DRAWS_HPP_
@@ -13,7 +13,7 @@
 
 namespace TAKT_INTERNAL takt {
 
-/// Numbers and times, the same on every machine.
+/// Pseudo-random numbers and times: the same for a seed on every machine.
 /// Thread safety: none. Real-time: no.
 class Draws {
  public:
@@ -24,7 +24,7 @@ class Draws {
   Nanoseconds between(Nanoseconds least, Nanoseconds longest) {
     return least + Nanoseconds(below((longest - least).count() + 1));
   }
-  /// As they are distributed: evenly between one percentile that is known and the next.
+  /// Draws by the measured distribution: uniformly between adjacent known percentiles.
   Nanoseconds one_of(const MeasuredTimes& times) {
     const std::int64_t percent = below(100);
     Nanoseconds from = times.least;

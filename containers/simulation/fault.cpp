@@ -12,7 +12,7 @@
 namespace takt {
 namespace {
 
-// In the order of the kinds.
+// In the order of Fault::Kind.
 constexpr std::array<std::string_view, 7> kFaultKinds{"lost", "late", "doubled", "reordered",
                                                       "full", "slow", "throws"};
 

@@ -1,4 +1,4 @@
-// What goes wrong in a run of a simulation.
+// Faults in a run of a simulation.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_SIMULATION_FAULT_HPP_
 #define TAKT_CONTAINERS_SIMULATION_FAULT_HPP_
@@ -13,7 +13,7 @@
 
 namespace TAKT_INTERNAL takt {
 
-/// Something that a callback meets once.
+/// A fault that happens once to one callback.
 struct Fault {
   enum class Kind {
     lost,       // a message does not come
@@ -28,20 +28,20 @@ struct Fault {
 
   Kind kind = Kind::lost;
   std::string callback;
-  Nanoseconds time{0};  // after the begin of the run: what comes next has it
-  Nanoseconds span{0};  // of late ones
+  Nanoseconds time{0};  // after the begin of the run: the next message or execution has it
+  Nanoseconds span{0};  // for `late`
 };
 
 using FaultKinds = std::set<Fault::Kind>;
 
-/// As a part of a scenario's word: "late=/planner/imu@3s+20ms".
+/// The fault as a part of a scenario's word: "late=/planner/imu@3s+20ms".
 /// Thread safety: any thread. Real-time: no.
 std::string to_string(const Fault& fault);
 std::string_view to_string(Fault::Kind kind) noexcept;
 
 /// Whether the word is the name of a kind.
 bool is_fault_kind(std::string_view word) noexcept;
-/// `what` is what stands behind "late=". Throws Error for what is none.
+/// `what`: the text after "late=". Throws Error if it is no fault.
 Fault parse_fault(std::string_view kind, std::string_view what);
 /// "lost,late", or "all". Throws Error, which lists the kinds.
 FaultKinds parse_fault_kinds(std::string_view list);

@@ -171,7 +171,7 @@ void FaultInjection::repeat(IntraProcessReader& reader, MessageBlock& message, A
 
 void FaultInjection::deliver_kept(Pending& fault, ReleasedMessages& released) noexcept {
   for (auto& [message, arrival] : std::exchange(fault.kept, {})) {
-    arrival.sequence = next_sequence();  // it comes now; when it was sent stays
+    arrival.sequence = next_sequence();  // arrives now; its sending time stays
     fault.reader->deliver_now(*message, arrival, released);
   }
 }

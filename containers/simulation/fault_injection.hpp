@@ -1,4 +1,4 @@
-// Lets the faults of a scenario happen.
+// Injects the faults of a scenario.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_SIMULATION_FAULT_INJECTION_HPP_
 #define TAKT_CONTAINERS_SIMULATION_FAULT_INJECTION_HPP_
@@ -16,17 +16,18 @@
 
 namespace takt {
 
-/// Which callbacks of a process may have a fault, by kind; by name, as the model has them.
+/// The callbacks of a process that may have a fault, by kind. Names are those of the model.
 /// Thread safety: one thread. Real-time: no.
 class FaultyCallbacks {
  public:
   FaultyCallbacks(const ModelledProcess& process, const SystemModel& model);
 
-  /// One to three of these kinds, at any time of the run; none if nothing can have them.
+  /// Draws one to three faults of these kinds, at any time of the run; none if no callback can have
+  /// them.
   std::vector<Fault> drawn(const FaultKinds& kinds, std::uint64_t seed, Nanoseconds duration) const;
-  /// Throws Error if something cannot have one of them.
+  /// Throws Error if a callback cannot have its fault.
   void check(const std::vector<Fault>& faults) const;
-  /// For people: of which kinds nothing can have one.
+  /// Notes on kinds that no callback can have.
   std::vector<std::string> notes(const FaultKinds& kinds) const;
 
  private:
@@ -39,7 +40,8 @@ class FaultInjection final : public DeliveryFilter {
  public:
   explicit FaultInjection(const ManualClock& clock) : clock_(clock) {}
 
-  /// What FaultyCallbacks has checked. `begin`: of the run. It outlives the process.
+  /// `faults`: checked by FaultyCallbacks. `begin`: of the run. This object must outlive the
+  /// process.
   void set_up(const std::vector<Fault>& faults, TimePoint begin, const ModelledProcess& process,
               const SystemModel& model);
   void deliver(IntraProcessReader& reader, MessageBlock& message, const Arrival& arrival,
@@ -47,16 +49,16 @@ class FaultInjection final : public DeliveryFilter {
   /// Whether the execution that begins has a fault of this kind.
   bool strikes(const Entity& entity, Fault::Kind kind) noexcept;
 
-  /// When messages that are late come, and let those come.
+  /// The arrival times of late messages; deliver_late() delivers those that are due.
   std::vector<TimePoint> late_times() const;
   void deliver_late();
-  /// The end: what is still under way comes, and nothing goes wrong any more.
+  /// Ends the run: delivers delayed messages, and injects no further faults.
   void end();
 
  private:
   struct Pending {
     Fault::Kind kind{};
-    TimePoint from{}, until{};  // until: of late ones
+    TimePoint from{}, until{};  // until: for `late`
     const Entity* entity = nullptr;
     IntraProcessReader* reader = nullptr;
     bool has_struck = false;

@@ -1,4 +1,4 @@
-// When timers are released first in a scenario, and arrivals begin.
+// The first releases of timers, and the first arrivals, in a scenario.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_SIMULATION_FIRST_RELEASES_HPP_
 #define TAKT_CONTAINERS_SIMULATION_FIRST_RELEASES_HPP_
@@ -16,7 +16,7 @@
 
 namespace takt {
 
-/// What the clock shows when a simulation begins.
+/// The time of the clock when a simulation begins.
 inline constexpr TimePoint kSimulationBegin{std::chrono::seconds(1)};
 
 /// Thread safety: none. Real-time: no.
@@ -27,7 +27,7 @@ class FirstReleases {
 
   TimePoint of(const std::string& callback, Nanoseconds distance) {
     distance = std::min(distance, duration_);
-    // Always, so that those of the others do not depend on what is given.
+    // Always drawn, so that the phases of other callbacks do not depend on the given ones.
     Nanoseconds phase(draws_.below(std::max<std::int64_t>(1, distance.count())));
     for (const std::string& name : {callback, std::string(Scenario::kAll)}) {
       const auto given = scenario_.phases.find(name);
@@ -39,7 +39,7 @@ class FirstReleases {
     return later(kSimulationBegin, phase + Nanoseconds(1));
   }
 
-  /// Throws Error if the scenario names something else.
+  /// All first releases. Throws Error if the scenario names anything else.
   std::vector<SimulatedRun::Release> all() const {
     std::vector<std::string> names{Scenario::kAll};
     for (const SimulatedRun::Release& release : releases_) names.push_back(release.callback);

@@ -8,7 +8,7 @@
 namespace takt {
 namespace {
 
-/// From 0 to below `distance`, by whole distances.
+/// The phase modulo `distance`, never negative.
 Nanoseconds within(Nanoseconds phase, Nanoseconds distance) {
   const Nanoseconds rest = phase % distance;
   return rest < Nanoseconds::zero() ? rest + distance : rest;
@@ -38,7 +38,7 @@ void ScenarioSearch::add(const SimulatedRun& run, Nanoseconds time_to_begin) {
   for (std::size_t i = 0; i < worst_.size(); ++i) {
     const ProcessResult::ChainResult& chain = run.result.chains[i];
     const Nanoseconds latency = chain.statistics.latency.max();
-    // Equal ones, too: from another place there may be a way up.
+    // Equal latencies, too: another place on a plateau may lead up.
     if (is_first || latency >= worst_[i].latency)
       places_[i] = {run.scenario, phases, run.moments[i]};
     if (is_first || latency > worst_[i].latency)
@@ -58,7 +58,7 @@ std::optional<std::size_t> ScenarioSearch::closest_to_deadline() const {
   return static_cast<std::size_t>(found - worst_.begin());
 }
 
-// Each callback, just after all others and just before them.
+// Releases one callback just after all others, or just before them; each callback in turn.
 Scenario ScenarioSearch::just_missed() {
   const SimulatedRun::Release& one = releases_[missed_ / 2];
   const bool is_late = missed_++ % 2 == 0;
@@ -76,7 +76,7 @@ Scenario ScenarioSearch::climb() {
   return scenario;
 }
 
-// As often some nanoseconds as some milliseconds.
+// Log-uniform: nanoseconds are as likely as milliseconds.
 Nanoseconds ScenarioSearch::any_step(Nanoseconds most) {
   const auto bits =
       static_cast<std::int64_t>(std::bit_width(static_cast<std::uint64_t>(most.count())));

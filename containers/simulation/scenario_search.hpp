@@ -1,4 +1,4 @@
-// Which scenarios of a system make its chains late.
+// Searches for scenarios that make a system's chains late.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_SIMULATION_SCENARIO_SEARCH_HPP_
 #define TAKT_CONTAINERS_SIMULATION_SCENARIO_SEARCH_HPP_
@@ -15,24 +15,25 @@
 
 namespace TAKT_INTERNAL takt {
 
-/// Looks for the longest latency of each chain. First all is released at once. Then, in turn:
+/// Searches for the longest latency of each chain. First, all callbacks are released at once. Then,
+/// in turn:
 ///
 /// 1. Just missed: one callback is released just after all others, which are served before it; or
 ///    just before them, so that it has begun when they come.
-/// 2. Any phases, with execution times that are the longest, or drawn: half of all runs. Some worst
-///    cases are coincidences, to which nothing that climbs is led.
-/// 3. Climbing: the worst scenario of a chain, with another phase of one callback. It is any, or
-///    near the one that it had; or a release of it comes when the longest instance of the chain was
-///    released, or when a callback of that began or ended, or before.
+/// 2. Random phases, with the longest or drawn execution times: half of all runs. Some worst cases
+///    are coincidences that hill climbing does not reach.
+/// 3. Hill climbing: the worst scenario of a chain, with another phase of one callback: a random
+///    one, one near its old phase, or one with a release when the longest instance of the chain was
+///    released, when a callback of this instance began or ended, or before that.
 ///
-/// What comes next depends on the seed and on what runs have shown, and on nothing else.
+/// The search is deterministic: it depends only on the seed and on the results of earlier runs.
 /// Thread safety: none. Real-time: no.
 class ScenarioSearch {
  public:
   explicit ScenarioSearch(std::uint64_t seed) : seed_(seed), draws_(seed) {}
 
   Scenario next();
-  /// What next() has led to.
+  /// Adds the run of the scenario that next() returned.
   void add(const SimulatedRun& run, Nanoseconds time_to_begin);
 
   struct Worst {
@@ -43,15 +44,15 @@ class ScenarioSearch {
   };
   /// By chain, as in results.
   const std::vector<Worst>& worst() const noexcept { return worst_; }
-  /// In worst(): the chain that came closest to its deadline, or was later than others without;
-  /// nullopt: there are no chains.
+  /// The index in worst() of the chain with the largest ratio of latency to deadline, where any
+  /// chain without a deadline comes first; nullopt: there are no chains.
   std::optional<std::size_t> closest_to_deadline() const;
 
  private:
-  /// A scenario from which the climbing goes on.
+  /// A scenario from which hill climbing continues.
   struct Place {
     Scenario scenario;
-    std::vector<Nanoseconds> phases;   // of all that is released
+    std::vector<Nanoseconds> phases;   // of all releases
     std::vector<Nanoseconds> moments;  // see SimulatedRun
   };
 
@@ -64,10 +65,10 @@ class ScenarioSearch {
   Draws draws_;
   std::vector<SimulatedRun::Release> releases_;
   std::vector<Worst> worst_;
-  std::vector<Place> places_;  // as worst_
+  std::vector<Place> places_;  // indexed as worst_
   Nanoseconds just_{1};
   std::uint64_t runs_ = 0, climbs_ = 0;
-  std::size_t missed_ = 0;  // so many of 1.
+  std::size_t missed_ = 0;  // number of runs of step 1
 };
 
 }  // namespace takt

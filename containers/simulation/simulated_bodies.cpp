@@ -90,7 +90,8 @@ void SimulatedBodies::set_up(const ModelledProcess& process, const SystemModel& 
   recent_.resize(kMostRecent);
 }
 
-// A chain from end to end: of several processes, each container knows a piece of it only.
+// Measures the chain from end to end: with several processes, each container knows only a piece of
+// it.
 void SimulatedBodies::add_chain(const PlannedChain& planned) {
   const std::size_t index = chains_.size();
   Instances& instances = chains_.emplace_back();
@@ -136,7 +137,7 @@ SimulatedBodies::Callback SimulatedBodies::described(const ModelledProcess::Call
   return result;
 }
 
-// By the model: which of the node's topics it sends to, and how often.
+// The outputs of the callback in the model: the topics of its node, and how many messages.
 void SimulatedBodies::add_outputs(const ModelledProcess& process, const SystemModel& model,
                                   std::size_t index, Callback& callback) {
   const Node* const node = process.callbacks[index].node.get();
@@ -170,7 +171,7 @@ void SimulatedBodies::add_outputs(const ModelledProcess& process, const SystemMo
       sent.messages = std::max<std::int64_t>(sent.messages, output.messages);
       continue;
     }
-    // Its place among the inputs of the join, which are callbacks of the same node.
+    // The index of the callback among the inputs of the join, which are callbacks of the same node.
     std::vector<std::size_t> inputs;
     for (std::size_t from = 0; from < process.callbacks.size(); ++from) {
       const auto& outputs = model.system.callbacks[from].outputs;
@@ -213,7 +214,7 @@ Nanoseconds SimulatedBodies::time_of(const Callback& callback) {
 void SimulatedBodies::execute(Entity& entity, Slot& slot) {
   ++executions_;
   const auto found = callbacks_.find(&entity);
-  if (found == callbacks_.end()) {  // of Takt itself, or of a program, which has made it meanwhile
+  if (found == callbacks_.end()) {  // Takt's own, or made by a program at run time
     if (running_ != nullptr && unknown_.empty()) unknown_ = entity.name();
     return entity.execute(slot);
   }

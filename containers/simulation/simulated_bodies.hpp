@@ -26,13 +26,13 @@
 
 namespace takt {
 
-/// Sends messages whose fields nobody has set, for a node whose own code does not run.
+/// Sends messages with default fields, for a node whose own code does not run.
 /// Thread safety: one thread at a time. Real-time: no.
 class StandInPublisher {
  public:
   /// Throws Error if there is no such message.
   StandInPublisher(Endpoint endpoint, Clock& clock);
-  /// In a callback's place, or from outside.
+  /// Publishes in place of a callback, or of a publisher outside.
   void publish();
 
  private:
@@ -40,8 +40,8 @@ class StandInPublisher {
   ByteBuffer bytes_;
 };
 
-/// Bodies of components that say how long they run (takt::Workload) run, and those of a program;
-/// the others are skipped, and what they would publish is sent for them.
+/// Runs the bodies of callbacks of components that state their execution times (takt::Workload),
+/// and of programs. Skips all others, and sends messages in their place.
 /// Thread safety: as ExecutionModel. Real-time: no.
 class SimulatedBodies final : public ExecutionModel {
  public:
@@ -50,8 +50,8 @@ class SimulatedBodies final : public ExecutionModel {
                   std::atomic<const std::string*>* running)
       : clock_(clock), draws_(draws), running_(running), random_(seed), faults_(faults) {}
 
-  /// Of the callbacks of the process, in the order of the model; of the chains, which are measured;
-  /// and what is measured of dispatches. Throws Error for what it cannot stand in for.
+  /// `process`: its callbacks, in the order of the model. `chains`: to be measured. `dispatch`: the
+  /// measured overhead. Throws Error for a callback that it cannot stand in for.
   void set_up(const ModelledProcess& process, const SystemModel& model,
               const std::vector<PlannedChain>& chains, const MeasuredTimes& dispatch);
   void dispatch() noexcept override;
@@ -60,13 +60,13 @@ class SimulatedBodies final : public ExecutionModel {
   std::uint64_t executions() const noexcept { return executions_; }
   /// The first callback that ran without a known time; empty: none.
   const std::string& unknown() const noexcept { return unknown_; }
-  /// Of each chain: when, after the begin, its longest instance was released, and its callbacks
-  /// began and ended.
+  /// For each chain: the times, after the begin, of the release of its longest instance, and of the
+  /// begins and ends of its callbacks.
   std::vector<std::vector<Nanoseconds>> longest_instances() const;
   std::vector<ProcessResult::ChainResult> chains() const;
   /// Timers release no more: see Chain::end.
   void end() noexcept { has_ended_ = true; }
-  /// What it could not measure, for people.
+  /// Notes on instances that could not be measured.
   std::vector<std::string> notes() const;
   /// A publisher on the topic of the subscription.
   StandInPublisher& publisher_for(const Entity& subscription);
@@ -79,20 +79,20 @@ class SimulatedBodies final : public ExecutionModel {
   struct Sent {
     StandInPublisher* publisher = nullptr;
     std::int64_t messages = 1;
-    Join* join = nullptr;  // whose input it is
+    Join* join = nullptr;  // of which this is an input
     std::size_t input = 0;
   };
   struct Step {
     std::size_t chain;
-    std::uint64_t path;  // of its instances, when they are here
+    std::uint64_t path;  // of the chain's instances at this callback
     bool is_last;
   };
   struct Callback {
     std::string name;
-    Nanoseconds least{0}, longest{0};  // in all, but for what the body says itself
-    MeasuredTimes seen;                // what is drawn instead, if it is known
-    Nanoseconds besides{0};            // what sending costs
-    Nanoseconds waits{0};              // longest
+    Nanoseconds least{0}, longest{0};  // without waits; unused if `says_itself`
+    MeasuredTimes seen;                // drawn instead, if known
+    Nanoseconds besides{0};            // the cost of sending
+    Nanoseconds waits{0};              // the longest one
     bool is_known = false, runs = false, says_itself = false;
     bool joins = false;  // it is an input of a join
     std::vector<Sent> sent;
@@ -108,7 +108,7 @@ class SimulatedBodies final : public ExecutionModel {
     std::vector<std::uint64_t> paths;  // of its callbacks
     bool joins = false;                // one of them is an input of a join
     Nanoseconds longest{0};
-    std::vector<TimePoint> moments;  // of that one
+    std::vector<TimePoint> moments;  // of the longest instance
   };
 
   void run_body(const Callback& callback, Entity& entity, Slot& slot);
@@ -126,7 +126,7 @@ class SimulatedBodies final : public ExecutionModel {
   const bool draws_;
   std::atomic<const std::string*>* const running_;
   Nanoseconds dispatch_{0};
-  MeasuredTimes seen_dispatch_;  // what is drawn instead
+  MeasuredTimes seen_dispatch_;  // drawn instead, if known
   Draws random_;
   FaultInjection& faults_;
   std::unordered_map<const Entity*, Callback> callbacks_;
@@ -136,7 +136,7 @@ class SimulatedBodies final : public ExecutionModel {
   // Limit: executions among which a simulation finds the callbacks of a chain's instance. At it:
   // the search knows less of where it may be held up. Seen: nothing.
   static constexpr std::size_t kMostRecent = 1024;
-  std::vector<Execution> recent_;  // a ring
+  std::vector<Execution> recent_;  // a ring buffer
   std::uint64_t executions_ = 0, noted_ = 0, forgotten_ = 0;
   bool has_ended_ = false;
   std::string unknown_;

@@ -10,11 +10,12 @@
 
 namespace takt {
 
-/// What is drawn of an overhead: what was measured, where the file states nothing.
+/// The distribution to draw an overhead from: the measured one, unless the file states the
+/// overhead.
 MeasuredTimes drawn_overhead(Nanoseconds stated, const MeasuredModel* measured,
                              MeasuredTimes MeasuredModel::*overhead);
 
-/// Its CPUs and their overheads, which a scenario may draw.
+/// The CPUs of the machine, and their overheads, which the scenario may draw.
 CpuModel::Options machine_of(const SystemDescription& system, const MeasuredModel* measured,
                              const Scenario& scenario);
 

@@ -11,7 +11,7 @@
 namespace takt {
 namespace {
 
-// As a container gives itself, of virtual time.
+// In virtual time; as long as a container's own limit for draining.
 constexpr auto kUnderWayLimit = std::chrono::seconds(5);
 
 /// Adds the rows of a process to those of others.
@@ -62,7 +62,7 @@ bool SimulatedProcesses::is_any_pending() const {
                      [](const auto& container) { return container->pending() != 0; });
 }
 
-// What comes to one process may make it send to another.
+// Drains all processes together: a message to one may cause messages to another.
 void SimulatedProcesses::drain(ManualClock& clock, Wire& wire) {
   const TimePoint limit = later(clock.now(), kUnderWayLimit);
   for (clock.settle(); is_any_pending() || wire.next() != kNever; clock.settle()) {
@@ -71,7 +71,7 @@ void SimulatedProcesses::drain(ManualClock& clock, Wire& wire) {
     clock.advance(std::max(next - clock.now(), Nanoseconds::zero()));
     wire.arrive();
   }
-  // All together: none runs on while another one ends.
+  // Cancel all together: none runs on while another one ends.
   for (const auto& container : containers_) container->cancel();
 }
 

@@ -14,8 +14,8 @@
 
 namespace takt {
 
-/// The containers of a file, on one clock: their topics meet in this process. They enter each phase
-/// together, as those of a run do.
+/// The containers of a file, all in this process and on one clock. They enter each phase together,
+/// as in a run.
 /// Thread safety: none. Real-time: no.
 class SimulatedProcesses {
  public:
@@ -25,19 +25,19 @@ class SimulatedProcesses {
                      const ContainerOverrides& overrides);
 
   bool are_several() const noexcept { return containers_.size() > 1; }
-  /// As the model has them.
+  /// The processes, in the order of the model.
   std::span<const ModelledProcess> modelled() const noexcept { return modelled_; }
-  /// The callbacks and nodes of all, in this order.
+  /// The callbacks and nodes of all processes, in the same order.
   const ModelledProcess& all() const noexcept { return all_; }
-  /// Of the file: also those that go through several processes.
+  /// The chains of the file, also those through several processes.
   const std::vector<PlannedChain>& chains() const noexcept { return chains_; }
 
   void start(Wire& wire);
   void release();
-  /// What has been sent is served, up to a limit; then all threads end. Rethrows the exception of a
-  /// callback.
+  /// Serves the messages in transit, up to a time limit; then ends all threads. Rethrows the
+  /// exception of a callback.
   void end(ManualClock& clock, Wire& wire);
-  /// Of all, put together; of several, chains are those of the processes.
+  /// The merged results of all processes; if there are several, without their chains.
   ProcessResult result() const;
 
  private:
@@ -50,8 +50,9 @@ class SimulatedProcesses {
   std::vector<PlannedChain> chains_;
 };
 
-/// What threads have asked for is what they have; the machine that simulates shows nowhere. `use`:
-/// when the run was over. Returns their numbers in the result.
+/// Replaces figures of this machine in the result by those of the simulated one: threads have the
+/// attributes that they requested. `use`: the CPU times at the end of the run. Returns the numbers
+/// of the threads in the result.
 std::map<const CpuModel::Thread*, int> set_virtual(ProcessResult& result,
                                                    std::vector<ManualClock::Use> use,
                                                    Nanoseconds duration);

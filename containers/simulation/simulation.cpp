@@ -39,7 +39,7 @@ bool is_of_container(const std::string& thread) {
   return std::find(kNames.begin(), kNames.end(), thread) != kNames.end();
 }
 
-/// Whether threads take callbacks of it in turn: one of them spins.
+/// Whether several threads share the executor's callbacks, of which only one spins.
 bool is_pool(const ExecutorDescription& executor, const std::string& type) {
   const ExecutorTraits traits = executors().traits(type);
   if (traits.isolates) return executor.reentrant_threads > 1;
@@ -104,7 +104,7 @@ void Simulation::refuse_what_differs() {
     }
   }
   for (ComponentDescription& component : system_.components) {
-    // A node would be removed by a thread that has no CPU of the machine.
+    // The thread that removes a node has no CPU of the simulated machine.
     if (component.on_exception == OnException::remove_node)
       component.on_exception = OnException::terminate;
     if (component.type == "takt::Recorder" || component.type == "takt::Player") {
@@ -119,8 +119,8 @@ void Simulation::refuse_what_differs() {
   }
 }
 
-// Its CPUs, and what its threads get of them: nothing is taken from this machine, unless the file
-// leaves its CPUs to it.
+// Determines the CPUs, and the CPU time that Linux grants to real-time threads on them. The CPUs of
+// this machine count only if the file names none.
 void Simulation::take_machine() {
   const bool has_rights = system_.realtime != Realtime::off;
   if (!has_rights) notes_.emplace_back("`realtime: off`: all threads are SCHED_OTHER");
@@ -164,7 +164,7 @@ void Simulation::take_machine() {
   refuse_reservations();
 }
 
-// Which Linux would refuse on that machine.
+// Refuses reservations that Linux would refuse on the simulated machine.
 void Simulation::refuse_reservations() const {
   std::vector<ThreadAttributes> threads;
   for (const SystemDescription& process : processes_) {
@@ -200,13 +200,14 @@ void Simulation::leave_out_surroundings() {
   system_.cpu_dma_latency_us.reset();
   system_.watches_bounds = false;
   system_.must_match.clear();
-  system_.realtime = Realtime::off;  // of this machine nothing is asked
+  system_.realtime = Realtime::off;  // nothing is requested from this machine
   std::set<std::string> used;
   for (ExecutorDescription& executor : system_.executors) {
     used.insert(executor.threads.begin(), executor.threads.end());
     executor.wait = "auto";
   }
-  // They keep their places, as a band ends below them, but not their names, so that none is made.
+  // Takt's own threads stay in the list, because a band ends below their priorities, but under
+  // other names, so that no container makes them.
   std::vector<std::string> left_out;
   for (ThreadDescription& thread : system_.threads) {
     std::string& name = thread.attributes.name;
@@ -223,12 +224,13 @@ void Simulation::leave_out_surroundings() {
 
 namespace {
 
-/// Any number at any time.
+/// Whether any number of arrivals may come at any time.
 bool is_unbounded(const analysis::ArrivalCurve& arrivals) {
   return arrivals.most(1) == analysis::kUnbounded;
 }
 
-// Facts without a number, see takt reference guarantees, and what nobody tells.
+// Notes facts that no number covers, see `takt reference guarantees`, and arrivals at unknown
+// rates.
 void add_what_is_not_covered(const SystemModel& model, std::vector<std::string>& notes) {
   std::set<std::string> texts;
   const auto add = [&](const std::vector<Assumption>& assumptions) {
@@ -245,13 +247,13 @@ void add_what_is_not_covered(const SystemModel& model, std::vector<std::string>&
   for (const std::string& text : texts) notes.push_back("not simulated: " + text);
 }
 
-/// What comes from outside of the executors.
+/// A source of events from outside of the executors.
 struct Source {
   TimePoint next;
-  std::function<TimePoint()> happen;  // and when it happens next
+  std::function<TimePoint()> happen;  // returns the time of the next event
 };
 
-/// After all threads are there: what is due before depends on when they come.
+/// Call it after all threads have started: otherwise the first releases depend on their start.
 void set_phases(const ModelledProcess& process, const SystemModel& model, FirstReleases& first) {
   for (std::size_t i = 0; i < process.callbacks.size(); ++i) {
     auto* const timer = dynamic_cast<Timer*>(process.callbacks[i].entity.get());
@@ -260,8 +262,8 @@ void set_phases(const ModelledProcess& process, const SystemModel& model, FirstR
   }
 }
 
-/// Whether what comes to its topic from outside comes as another of its subscriptions says, which
-/// expects less: each gets all of it.
+/// Whether another subscription of the topic is the source of its arrivals from outside: the one
+/// that expects the fewest, because each subscription gets all of them.
 bool comes_with_another(const ModelledProcess& process, const SystemModel& model,
                         std::size_t callback) {
   const auto is_of_topic = [&](std::size_t other) {
@@ -289,7 +291,7 @@ std::vector<Source> sources_of(const ModelledProcess& process, const SystemModel
     if (callback.is_timer || !callback.arrivals || is_unbounded(*callback.arrivals)) continue;
     Entity& entity = *process.callbacks[i].entity;
     if (dynamic_cast<const TaskRunner*>(&entity) != nullptr || entity.kind() == EntityKind::timer)
-      continue;  // code that runs goes on with its coroutines, and sets its alarms
+      continue;  // running code resumes its coroutines, and sets its alarms
     if (comes_with_another(process, model, i)) continue;
     std::function<void()> arrive;
     if (entity.kind() == EntityKind::subscription) {
@@ -324,13 +326,13 @@ void add_late_messages(std::vector<Source>& sources, FaultInjection& faults) {
   }
 }
 
-/// Until the end. What comes from outside, or from another process, comes after all else at that
-/// instant.
+/// Advances the clock to `end`. Events from outside and messages between processes come after all
+/// other events of the same instant.
 void advance(ManualClock& clock, TimePoint end, std::vector<Source>& sources, Wire& wire,
              const std::function<void()>& check) {
   while (clock.now() < end) {
     Source* first = nullptr;
-    TimePoint time = std::min(end, later(clock.now(), std::chrono::seconds(1)));  // to check
+    TimePoint time = std::min(end, later(clock.now(), std::chrono::seconds(1)));  // for `check`
     time = std::min(time, wire.next());
     for (Source& source : sources) {
       if (source.next > time || (first != nullptr && source.next == time)) continue;
@@ -338,7 +340,7 @@ void advance(ManualClock& clock, TimePoint end, std::vector<Source>& sources, Wi
       time = source.next;
     }
     clock.advance(time - clock.now());
-    if (wire.next() <= clock.now()) {  // perhaps sent meanwhile
+    if (wire.next() <= clock.now()) {  // also messages sent meanwhile
       wire.arrive();
       clock.settle();
     }
@@ -370,7 +372,7 @@ ContainerOverrides simulated(ContainerOverrides overrides, ManualClock& clock,
                              ExecutionModel& bodies) {
   overrides.clock = &clock;
   overrides.execution_model = &bodies;
-  overrides.only_constructs = true;  // nothing of it is traced
+  overrides.only_constructs = true;  // so tracepoints are not loaded
   return overrides;
 }
 
@@ -389,7 +391,7 @@ SimulatedRun Simulation::run(Scenario scenario, ManualClock& clock) const {
   SimulatedBodies bodies(clock, draws, 2 * scenario.seed, faults, options_.running);
   FirstReleases first(scenario, options_.duration);
   std::vector<Source> sources;
-  std::vector<CpuModel::Change> changes;  // the clock moves until the containers have ended
+  std::vector<CpuModel::Change> changes;  // outlives the containers: the clock moves until they end
   SimulatedProcesses processes(system_, processes_, simulated(options_.overrides, clock, bodies));
   const ModelledProcess& all = processes.all();  // served as the mode says
   const SystemModel model =
@@ -423,7 +425,7 @@ SimulatedRun Simulation::run(Scenario scenario, ManualClock& clock) const {
   const std::vector<ManualClock::Use> use = clock.use();
   faults.end();
   bodies.end();
-  clock.end_overheads();  // that the end wakes all threads is no part of the system
+  clock.end_overheads();  // waking all threads at the end is not part of the system
   processes.end(clock, wire);
   SimulatedRun run{.scenario = std::move(scenario),
                    .result = processes.result(),
@@ -457,7 +459,7 @@ void Simulation::check_scales(const ModelledProcess& process, const SystemModel&
   }
 }
 
-// Those that a manager would; in its order.
+// Brings up the nodes that a lifecycle manager would, in its order.
 void Simulation::bring_up(const ModelledProcess& process) const {
   for (const std::string& name : bring_up_) {
     for (const ModelledProcess::Member& member : process.nodes) {

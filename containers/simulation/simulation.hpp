@@ -23,27 +23,27 @@ struct SimulationOptions {
   Nanoseconds duration = std::chrono::seconds(10);
   FaultKinds faults = {};  // the seed draws some of these, unless the scenario has some
   double speed = 1;        // of all CPUs, times those of the file
-  /// Of a program, which has made its nodes (`overrides.find_node`): the bodies of its callbacks
-  /// run, and here is the name of the one that does. nullptr: the system has components.
+  /// For a program that has made its nodes (`overrides.find_node`): the bodies of its callbacks
+  /// run, and this has the name of the running one. nullptr: the system has components.
   std::atomic<const std::string*>* running = nullptr;
 };
 
 struct SimulatedRun {
   Scenario scenario;     // with the faults that were drawn
-  ProcessResult result;  // of all processes; threads have what they asked for
+  ProcessResult result;  // of all processes; threads have the attributes that they requested
   std::uint64_t executions = 0;
-  /// When a timer was released first, or arrivals began, after the begin.
+  /// When a timer was released first, or arrivals began, after the begin of the run.
   struct Release {
     std::string callback;
     Nanoseconds phase{0};
-    Nanoseconds distance{0};  // to the next one, at least; or the duration
+    Nanoseconds distance{0};  // the minimum to the next one; at most the duration
   };
   std::vector<Release> releases = {};
-  /// Of each chain in `result`: when, after the begin, its longest instance was released, and its
-  /// callbacks began and ended.
+  /// For each chain in `result`: the times, after the begin, of the release of its longest
+  /// instance, and of the begins and ends of its callbacks.
   std::vector<std::vector<Nanoseconds>> moments = {};
-  /// Which thread had which CPU when, if executions are traced. The numbers of threads are those in
-  /// `result`; 0: none, or one that runs no callbacks.
+  /// The context switches, if executions are traced. Threads have their numbers in `result`; 0: no
+  /// thread, or one that runs no callbacks.
   struct Change {
     TimePoint time{};
     int cpu = 0, before = 0, after = 0;
@@ -52,36 +52,37 @@ struct SimulatedRun {
   std::vector<Change> changes = {};
 };
 
-/// Runs the executors, schedulers and callback groups of a description themselves. Their threads
-/// are real ones, of which one runs at a time; nothing depends on the machine. Each callback takes
-/// the time that its model says. The code of components runs only when they are made; but that of
-/// components that say how long they run, such as takt::Workload, does.
+/// Runs the executors, schedulers and callback groups of a description themselves, on real threads,
+/// of which one runs at a time; so nothing depends on this machine. Each callback takes the time
+/// that its model states. Of components only the constructors run, unless they state their
+/// execution times, as takt::Workload does.
 /// Thread safety: none; one in a process at a time.
 /// Real-time: no.
 class Simulation {
  public:
-  /// Of a machine that does not say otherwise.
+  /// The `rt_runtime` of a machine that does not state one.
   static constexpr Nanoseconds kUsualRtRuntime = std::chrono::milliseconds(950);
 
   /// Throws Error for what cannot be simulated.
   Simulation(SystemDescription system, SimulationOptions options);
 
-  /// The same for the same scenario. Throws Error, also for what is seen only now.
+  /// Gives the same result for the same scenario. Throws Error, also for causes that only a run
+  /// finds.
   SimulatedRun run(const Scenario& scenario) const {
     ManualClock clock = make_clock(scenario);
     return run(scenario, clock);
   }
-  /// The same in two steps, for nodes that are made between these: on this clock.
+  /// The same in two steps, for a program that makes its nodes in between, on this clock.
   ManualClock make_clock(const Scenario& scenario) const;
   SimulatedRun run(Scenario scenario, ManualClock& clock) const;
-  /// What it leaves out, for people.
+  /// Notes on parts of the system that the simulation leaves out.
   const std::vector<std::string>& notes() const noexcept { return notes_; }
-  /// A callback of a thread that sleeps has begun so long after its release, at the latest, if no
+  /// The longest time from a release to the begin of its callback, if its thread sleeps and no
   /// other thread has the CPU.
   Nanoseconds time_to_begin() const;
   const SystemDescription& system() const noexcept { return system_; }
   bool has_several_processes() const noexcept { return processes_.size() > 1; }
-  /// Neither `machine:` nor the threads say which CPUs there are.
+  /// Whether the CPUs are those of this machine, as neither `machine:` nor the threads name any.
   bool has_cpus_of_here() const noexcept { return has_cpus_of_here_; }
 
  private:
@@ -92,9 +93,9 @@ class Simulation {
   void bring_up(const ModelledProcess& process) const;
   void check_scales(const ModelledProcess& process, const SystemModel& model) const;
 
-  SystemDescription system_;                  // what is made
-  std::vector<SystemDescription> processes_;  // of it
-  SystemDescription modelled_;                // of which the numbers are: of CPUs of speed 1
+  SystemDescription system_;                  // the containers are made from it
+  std::vector<SystemDescription> processes_;  // its processes
+  SystemDescription modelled_;                // the model is made from it: CPUs of speed 1
   SimulationOptions options_;
   std::vector<std::string> bring_up_;  // lifecycle nodes
   std::vector<std::string> notes_;

@@ -17,7 +17,7 @@
 namespace takt {
 namespace {
 
-// What the other process gets: the sender has its own back, if it has lent it.
+// The copy that the other process gets, so that a loan returns to the sender at once.
 MessageBlock& copy_of(const MessageBlock& message, const IntraProcessReader& reader) {
   auto copy = std::make_unique<ReceivedBlock>();
   copy->from_heap = true;
@@ -34,7 +34,7 @@ MessageBlock& copy_of(const MessageBlock& message, const IntraProcessReader& rea
   return *copy.release();
 }
 
-/// The instances of chains that a message belongs to. They are known when it is sent.
+/// The instances of chains that a message belongs to, which are only known when it is sent.
 std::optional<ChainJoin> instances_of(const Envelope& sent) {
   if (sent.chain_instance == 0) return std::nullopt;
   Dispatch sender{.callback = nullptr,
@@ -47,9 +47,9 @@ std::optional<ChainJoin> instances_of(const Envelope& sent) {
   return result;
 }
 
-// An instance of a chain begins anew, as it does where a message of another process is received: it
-// was sent then. That the instances of the sender go on with it is remembered as of a join, so that
-// chains are measured from end to end.
+// As with DDS, a message from another process begins a new instance of a chain, at its sending
+// time. The sender's instances continue in it like those of a join's inputs, so that chains are
+// measured from end to end.
 Envelope received(std::optional<ChainJoin>& sent, const Arrival& arrival) {
   Dispatch receiver{.callback = nullptr,
                     .chain_instance = arrival.sequence,
@@ -69,7 +69,7 @@ Envelope received(std::optional<ChainJoin>& sent, const Arrival& arrival) {
 void Wire::set_up(const SystemDescription& system, std::span<const ModelledProcess> processes,
                   const SystemModel& model, bool do_find_each_other) {
   do_find_each_other_ = do_find_each_other;
-  std::vector<std::size_t> process_of;  // by callback, as the model has them
+  std::vector<std::size_t> process_of;  // by callback, in the order of the model
   std::vector<const ModelledProcess::Callback*> callbacks;
   for (std::size_t process = 0; process < processes.size(); ++process) {
     for (const ModelledProcess::Callback& callback : processes[process].callbacks) {
@@ -109,7 +109,7 @@ void Wire::add_threads(std::size_t process) {
   for (const ManualClock::Use& use : clock_.use()) threads_.try_emplace(use.thread, process);
 }
 
-// What no thread of the processes sends comes from outside, when its `arrival` says so.
+// A message that no thread of the processes sends comes from outside, without a delay.
 void Wire::deliver(IntraProcessReader& reader, MessageBlock& message, const Arrival& arrival,
                    ReleasedMessages& released) noexcept {
   End& end = ends_.at(&reader);
@@ -128,7 +128,7 @@ void Wire::deliver(IntraProcessReader& reader, MessageBlock& message, const Arri
   clock_.end_by(last);
 }
 
-// It comes now; when it was sent stays.
+// The message arrives now; its sending time stays.
 void Wire::arrive(Message& message, ReleasedMessages& released) {
   const Arrival arrival{next_sequence(), message.arrival.ready_time};
   message.block->envelope = received(message.instances, arrival);

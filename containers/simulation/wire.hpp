@@ -1,4 +1,4 @@
-// What goes from one process to another in a simulation.
+// Messages between processes in a simulation.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_SIMULATION_WIRE_HPP_
 #define TAKT_CONTAINERS_SIMULATION_WIRE_HPP_
@@ -21,45 +21,47 @@
 
 namespace takt {
 
-/// Holds messages between processes for the `delay` of their topic. Those of one process come to a
-/// subscription in the order in which they were sent. With them comes what DDS brings: when they
-/// were sent, and not when a chain began. All other messages pass.
+/// Delays messages between processes by the `delay` of their topic. Messages of one process arrive
+/// at a subscription in sending order. As with DDS, they carry their sending time, but not the
+/// begin of a chain. All other messages pass.
 /// Thread safety: one thread at a time, as a manual clock has it. Real-time: no.
 class Wire final : public DeliveryFilter {
  public:
-  /// What arrives goes on to `next`. `draws`: delays between the least and the longest, else that.
+  /// Delivers messages to `next`. `draws`: draws delays between the least and the longest; else it
+  /// takes the longest.
   Wire(ManualClock& clock, DeliveryFilter& next, bool draws, std::uint64_t seed)
       : clock_(clock), next_(next), draws_(draws), random_(seed) {}
 
-  /// Of several processes. Throws Error for what does not go between them here. It outlives them.
+  /// For several processes, which this object must outlive. Throws Error for services between
+  /// processes, which it cannot simulate.
   void set_up(const SystemDescription& system, std::span<const ModelledProcess> processes,
               const SystemModel& model, bool do_find_each_other);
-  /// The threads that the clock has since the last call are of this process.
+  /// Assigns the threads that have joined the clock since the last call to this process.
   void add_threads(std::size_t process);
   std::size_t process_of(const CpuModel::Thread* thread) const { return threads_.at(thread); }
-  /// Which messages take no time, as nothing says how long.
+  /// Notes on topics without a `delay`, whose messages take no time.
   const std::vector<std::string>& notes() const noexcept { return notes_; }
 
   void deliver(IntraProcessReader& reader, MessageBlock& message, const Arrival& arrival,
                ReleasedMessages& released) noexcept override;
-  /// When the next one comes; kNever: none is under way.
+  /// When the next message arrives; kNever: none is in transit.
   TimePoint next() const noexcept;
-  /// Lets those come that are due.
+  /// Delivers the messages that are due.
   void arrive();
-  /// From here on nothing takes time.
+  /// Drops messages in transit; later ones take no time.
   void end();
 
  private:
-  struct End {  // of a topic, in a process
+  struct End {  // a subscription in a process
     std::size_t process = 0;
     DelayDescription delay;
-    std::map<std::size_t, TimePoint> last;  // by process: when the last one from there comes
+    std::map<std::size_t, TimePoint> last;  // by sending process: when its last message arrives
   };
   struct Message {
     IntraProcessReader* reader;
     MessageBlock* block;
     Arrival arrival;
-    std::optional<ChainJoin> instances;  // of chains, that it belongs to
+    std::optional<ChainJoin> instances;  // of chains that the message belongs to
   };
 
   void arrive(Message& message, ReleasedMessages& released);

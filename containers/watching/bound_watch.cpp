@@ -25,7 +25,7 @@ using analysis::kUnbounded;
 // Limit: deviations that are told apart. At it: others are counted together. Seen: "others".
 constexpr std::size_t kMostDeviations = 100;
 
-// In a second, beside which interrupts are of no importance.
+// Ticks of interrupts in a second that are negligible.
 constexpr std::uint64_t kFewTicks = 1;
 
 std::string ms(Nanoseconds time) {
@@ -69,7 +69,7 @@ ExecutionWatch::Limits limits_of(const SystemModel& model, const ModelBounds& bo
   }
   const analysis::Time bound = bounds.all.callbacks[index].bound;
   if (bound < kUnbounded) limits.bound = Nanoseconds(bound);
-  if (callback.is_timer) {  // its code may set its releases
+  if (callback.is_timer) {  // a component may set the releases of its timers
     limits.distances = {model.callbacks[index].period};
     return limits;
   }
@@ -80,7 +80,7 @@ ExecutionWatch::Limits limits_of(const SystemModel& model, const ModelBounds& bo
     for (analysis::Count i = 0; i < count; ++i) {
       limits.distances.emplace_back(curve.least_distance(i + 2));
     }
-  } else {  // only what has a period has a jitter
+  } else {  // a jitter implies a period
     limits.distances = {Nanoseconds(curve.closest())};
     limits.period = Nanoseconds(curve.distances().front());
     limits.jitter = Nanoseconds(curve.jitter());
@@ -134,7 +134,7 @@ BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
           return member.node == process.callbacks[i].node && says_all(member);
         });
     watched.times = is_exact && model.system.overheads.dispatch == 0
-                        ? "overheads_are_zero"  // its own work is as long as it says
+                        ? "overheads_are_zero"  // its component states its own work exactly
                         : std::string(id_of(facts.execution));
     watched.arrivals = process.callbacks[i].described.arrival || facts.measured_executions == 0
                            ? "as_declared"
@@ -196,7 +196,7 @@ void BoundWatch::look(const std::vector<int>& threads,
   look_at_machine(threads);
 }
 
-// That its node makes no other callbacks later was assumed.
+// The analysis has assumed that no node makes further callbacks.
 void BoundWatch::look_at_what_is_new(const CallbackStatistics& counted) {
   const std::string name = counted.node + "/" + counted.callback;
   const std::string of_its_node = counted.node + "/";
@@ -209,7 +209,7 @@ void BoundWatch::look_at_what_is_new(const CallbackStatistics& counted) {
   report("as_declared", name, fmt::format("'{}' was made later", name), 1, all_);
 }
 
-// Its timers may then run at any speed.
+// In simulated time, timers may run at any speed.
 void BoundWatch::look_at_clock(const Watched& callback) {
   const auto entity = callback.entity.lock();
   const auto* const timer = dynamic_cast<const Timer*>(entity.get());
@@ -220,7 +220,7 @@ void BoundWatch::look_at_clock(const Watched& callback) {
          fmt::format("'{}' follows simulated time", callback.name), 1, all_);
 }
 
-// What its container changes is reported by that.
+// Finds changes by the node's own code. The container reports its changes through changed().
 void BoundWatch::look_at_what_its_node_changes(const Watched& callback) {
   const auto node = callback.node.lock();
   if (node == nullptr) return;
@@ -238,7 +238,7 @@ void BoundWatch::look_at_what_its_node_changes(const Watched& callback) {
          fmt::format("the parameters of '{}' are others", callback.name), 1, all_);
 }
 
-// One that is not served ends no execution that could be compared.
+// A callback that is never served ends no execution that could be compared with its bound.
 void BoundWatch::look_at_what_waits(const Watched& callback) {
   const auto entity = callback.entity.lock();
   if (entity == nullptr || callback.bound == Nanoseconds::zero()) return;
@@ -295,7 +295,8 @@ void BoundWatch::look_at_callback(Watched& callback, const CallbackStatistics& c
   }
 }
 
-// How many came between two looks: bursts inside of that are seen by the bounds only.
+// Compares the number of messages between two looks. A burst in between shows only if it breaks a
+// bound.
 void BoundWatch::look_at_what_comes_from_outside(Watched& callback, std::uint64_t count) {
   const TimePoint now = Clock::steady().now();
   const TimePoint since = std::exchange(callback.compared, now);
@@ -448,17 +449,18 @@ BoundWatch::Figures BoundWatch::figures(const std::vector<int>& threads) {
 std::uint64_t BoundWatch::counted_so_far(const char* kind, const std::string& what,
                                          std::uint64_t more) {
   const std::pair key(std::string(kind), what);
-  // Each has a deviation of its own while there is room for one: then it is one of the others.
+  // Beyond the limit, a new deviation is one of the others, without a count of its own.
   if (counts_.size() >= kMostDeviations && !counts_.contains(key)) return more;
   return counts_[key] += more;
 }
 
 void BoundWatch::report(const std::string& id, const std::string& of, const std::string& text,
                         std::uint64_t count, const std::vector<std::string>& chains) {
-  if (chains.empty()) return;  // no bound rests on it
+  if (chains.empty()) return;  // no bound depends on it
   auto place = places_.find({id, of});
   if (place == places_.end()) {
-    // A bound has a place always: there are as many as callbacks and chains.
+    // An exceeded bound always has a place: their number is limited by that of callbacks and
+    // chains.
     if (id != "bound" && found_.size() >= kMostDeviations) {
       if (!others_) {
         others_ = found_.size();

@@ -1,4 +1,4 @@
-// Whether a running system does what its analysis has assumed: `takt run --watch-bounds`.
+// Compares a running system with the assumptions of its analysis: `takt run --watch-bounds`.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_WATCHING_BOUND_WATCH_HPP_
 #define TAKT_CONTAINERS_WATCHING_BOUND_WATCH_HPP_
@@ -21,47 +21,47 @@
 
 namespace TAKT_INTERNAL takt {
 
-/// Gives each callback its limits, see ExecutionWatch, and compares the rest when it looks: chains,
-/// losses, and what Linux counts for threads and CPUs.
+/// Sets the limits of each callback, see ExecutionWatch. look() compares the rest: chains, losses,
+/// and the kernel's counters of threads and CPUs.
 ///
-/// What it cannot see: that a callback waited or sent more than was assumed, but by the bounds that
-/// break.
+/// Not observable: a callback that blocks longer or sends more than was assumed, unless a bound
+/// breaks.
 /// Thread safety: none; `look` and `begin` from one thread.
 /// Real-time: no; only ExecutionWatch is on threads that run callbacks.
 class BoundWatch {
  public:
-  /// Before executors run the callbacks.
+  /// Construct it before executors run the callbacks.
   BoundWatch(const SystemModel& model, const ModelBounds& bounds, const ModelledProcess& process);
 
-  /// What is counted from now on counts. `threads`: those that run callbacks.
+  /// Sets the baseline of all counters. `threads`: those that run callbacks.
   void begin(const std::vector<int>& threads);
-  /// What is new since the last look is logged, if it is the first of its kind. `is_over`: no timer
-  /// is served any more, so releases that wait are not lost.
+  /// Finds deviations since the last look, and logs the first one of each kind. `is_over`: no timer
+  /// is served any more, so waiting releases are not lost.
   void look(const std::vector<int>& threads, const std::vector<CallbackStatistics>& callbacks,
             const std::vector<std::shared_ptr<Chain>>& chains, bool is_over);
   /// Somebody has loaded a component, unloaded one, or changed parameters of callbacks.
   void changed(const std::string& what);
-  /// Something is not as the file states.
+  /// The system differs from the file.
   void differs(const std::string& what);
   /// A thread that runs callbacks did not get what the file asks for.
   void refused(const std::string& thread, const std::string& why);
 
   const std::vector<ProcessResult::Deviation>& found() const noexcept { return found_; }
-  /// How it looks at who runs before the threads, and why it does so coarsely.
+  /// Why preemptions are only observed coarsely; empty: they are not.
   const std::string& note() const noexcept { return preemptions_.note(); }
 
  private:
   struct Watched {
     std::string name;
-    std::vector<std::string> chains;     // whose bounds rest on it
-    std::string times, arrivals;         // the ids of what was assumed of these
-    std::vector<std::string> must_keep;  // those of the chains that it is on, which lose nothing
-    std::optional<analysis::ArrivalCurve> outside;  // what may come from there; none: nothing
-    std::uint64_t from_outside = 0;                 // at the last look that compared them, then:
+    std::vector<std::string> chains;                // whose bounds depend on the callback
+    std::string times, arrivals;                    // ids of the assumptions about these
+    std::vector<std::string> must_keep;             // chains through the callback that lose nothing
+    std::optional<analysis::ArrivalCurve> outside;  // arrivals from outside the file; none: nothing
+    std::uint64_t from_outside = 0;                 // at the last comparison
     TimePoint compared{};
     std::shared_ptr<ExecutionWatch> watch;
     Nanoseconds bound{0};    // 0: none
-    bool is_silent = false;  // nothing was to come to it
+    bool is_silent = false;  // the analysis has no arrivals for it
     std::weak_ptr<const Entity> entity;
     std::weak_ptr<const Node> node;
     CallbackParameters parameters;  // as they were analysed
@@ -92,7 +92,7 @@ class BoundWatch {
   void look_at_machine(const std::vector<int>& threads);
   void look_at_threads(const Figures& now);
   void look_at_cpus(const Figures& now);
-  /// Sets how often it was seen.
+  /// Adds a deviation, or updates it. `count`: how often it has been seen in all.
   void report(const std::string& id, const std::string& of, const std::string& text,
               std::uint64_t count, const std::vector<std::string>& chains);
   static Figures figures(const std::vector<int>& threads);
@@ -101,13 +101,13 @@ class BoundWatch {
 
   std::vector<Watched> callbacks_;
   std::map<std::string, WatchedChain> chains_;
-  std::vector<std::string> all_;  // the names of these
+  std::vector<std::string> all_;  // the names of `chains_`
   Preemptions preemptions_;
   std::set<int> cpus_;  // of the real-time threads
   Figures before_;
   std::map<std::pair<std::string, std::string>, std::uint64_t> counts_;
   std::vector<ProcessResult::Deviation> found_;
-  std::optional<std::size_t> others_;  // in found_: what has no place of its own
+  std::optional<std::size_t> others_;  // in found_: those beyond the limit
   std::map<std::pair<std::string, std::string>, std::size_t> places_;  // in found_, by id and what
 };
 

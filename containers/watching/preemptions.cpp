@@ -29,7 +29,7 @@ bool shares_cpu(const std::vector<int>& a, const std::vector<int>& b) {
   return std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end();
 }
 
-/// Of a thread of any process.
+/// The policy and the priority of a thread of any process.
 struct Urgency {
   int policy = -1, priority = 0;
 
@@ -45,7 +45,7 @@ struct Urgency {
   }
 };
 
-/// Of the threads of a look, each asked once.
+/// Caches the urgency of threads during one look.
 class Urgencies {
  public:
   Urgency of(std::uint32_t thread) {
@@ -53,11 +53,11 @@ class Urgencies {
     if (is_new) known->second = Urgency::of(static_cast<int>(thread));
     return known->second;
   }
-  /// One with a reservation makes room for anybody when its budget is used up.
+  /// A thread with a reservation yields to any other when its budget is used up: not a preemption.
   bool may_preempt(std::uint32_t thread, const ThreadState& waited) {
     return waited.policy != ThreadPolicy::deadline || of(thread).policy == SCHED_DEADLINE;
   }
-  /// One that is as urgent, and sleeps when one of ours comes, has let it wait.
+  /// A thread that is as urgent, and goes to sleep when one of ours is switched in, has delayed it.
   bool was_before(std::uint32_t thread, const ThreadState& waited) {
     const Urgency other = of(thread);
     if (waited.policy == ThreadPolicy::deadline) return other.policy == SCHED_DEADLINE;
@@ -93,7 +93,7 @@ void Preemptions::begin(const std::vector<int>& threads, const std::set<int>& cp
     note_ = fmt::format("who ran before the threads of callbacks was checked coarsely: {}",
                         error.what());
   }
-  look(threads);  // what was before does not count
+  look(threads);  // sets the baseline
 }
 
 std::vector<Preemptions::Found> Preemptions::look(const std::vector<int>& threads) {
@@ -109,7 +109,7 @@ std::vector<Preemptions::Found> Preemptions::by_records(const std::vector<int>& 
     });
   };
   const auto is_ours = [&](std::uint32_t process, std::uint32_t thread) {
-    return thread == 0 || (process == own && find(thread) != ours.end());  // 0: nobody
+    return thread == 0 || (process == own && find(thread) != ours.end());  // 0: the idle thread
   };
   Urgencies others;
   std::map<std::pair<std::string, std::string>, Found> found;
@@ -148,7 +148,7 @@ std::vector<Preemptions::Found> Preemptions::by_records(const std::vector<int>& 
   return result;
 }
 
-// A thread that others of the file may preempt tells nothing.
+// Counts of a thread that other threads of the file may preempt are inconclusive.
 std::vector<Preemptions::Found> Preemptions::by_counts(const std::vector<int>& threads) {
   const std::vector<ThreadState> ours = realtime_ones(threads);
   std::vector<Found> result;

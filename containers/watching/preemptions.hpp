@@ -1,4 +1,4 @@
-// The threads that take the CPU away from those of this process.
+// Preemptions of the threads of this process.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_WATCHING_PREEMPTIONS_HPP_
 #define TAKT_CONTAINERS_WATCHING_PREEMPTIONS_HPP_
@@ -15,20 +15,21 @@
 
 namespace TAKT_INTERNAL takt {
 
-/// By perf_event_open(2) of each CPU, where Linux permits that: each thread that preempts one of
-/// the system, or that is as urgent and has let it wait, also one that has ended since. Otherwise
-/// by the involuntary switches of the threads that no other one of the system may preempt. Thread
-/// safety: none. Real-time: no; where it is permitted, each switch of a thread on these CPUs costs
-/// the kernel two records of 32 bytes.
+/// Finds each thread that preempts a thread of the system, or that is as urgent and has delayed
+/// one, even if it has ended since: by perf_event_open(2) on each CPU, where Linux permits that.
+/// Otherwise it observes coarsely: involuntary switches of the threads that no other thread of the
+/// system may preempt. Thread safety: none. Real-time: no; where it is permitted, each switch of a
+/// thread on these CPUs costs the kernel two records of 32 bytes.
 class Preemptions {
  public:
   struct Found {
-    /// What breaks by it, of assumption_kinds(): `nothing_else_runs`, which is all that is known of
-    /// a thread that has ended; `dds_threads_elsewhere` of this process; `rt_runtime_as_here` of
-    /// one without a real-time policy, which only Linux puts before those that have one.
+    /// The assumption that breaks, see assumption_kinds(): `nothing_else_runs`, also for an ended
+    /// thread of another process; `dds_threads_elsewhere` for a thread of this process;
+    /// `rt_runtime_as_here` for a thread without a real-time policy, which only throttling by Linux
+    /// runs before real-time threads.
     const char* id = "nothing_else_runs";
     std::string by;      // "'stress' (process 123)"; empty: not known
-    std::string thread;  // that it has preempted
+    std::string thread;  // the preempted thread
     std::uint64_t count = 0;
   };
 
@@ -39,16 +40,16 @@ class Preemptions {
 
   /// `cpus`: where the real-time threads are going to run, some of which may not have begun yet.
   void begin(const std::vector<int>& threads, const std::set<int>& cpus);
-  /// Since the last look, of real-time threads among these.
+  /// The preemptions since the last look, of the real-time threads among these.
   std::vector<Found> look(const std::vector<int>& threads);
-  /// Why it looks coarsely; empty: it does not.
+  /// Why it observes only coarsely; empty: it does not.
   const std::string& note() const noexcept { return note_; }
 
  private:
   std::vector<Found> by_records(const std::vector<int>& threads);
   std::vector<Found> by_counts(const std::vector<int>& threads);
 
-  std::vector<std::unique_ptr<SwitchRecords>> records_;  // by CPU; empty: coarsely
+  std::vector<std::unique_ptr<SwitchRecords>> records_;  // by CPU; empty: observes coarsely
   std::map<int, std::uint64_t> counts_;                  // involuntary switches, by thread
   std::string note_;
 };

@@ -1,4 +1,4 @@
-// What Linux ran on which CPU, beside a trace of callbacks.
+// The kernel's context switches and wake-ups on all CPUs, beside a trace of callbacks.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_WATCHING_SCHEDULING_HPP_
 #define TAKT_CONTAINERS_WATCHING_SCHEDULING_HPP_
@@ -23,7 +23,7 @@ class Scheduling {
   struct Event : SwitchRecords::Switch {
     int cpu = 0;
   };
-  /// What was seen.
+  /// The recorded events.
   struct Seen {
     std::vector<Event> events;                   // by time
     std::map<std::uint32_t, std::string> names;  // of threads that live still, or did at a switch

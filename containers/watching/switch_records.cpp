@@ -74,8 +74,8 @@ SwitchRecords::~SwitchRecords() {
   close(fd_);
 }
 
-// The tracepoint of the kernel writes into the same ring. Its number, and where its record has the
-// woken thread, are only known from tracefs.
+// The kernel's tracepoint writes into the same ring buffer. Only tracefs has its id, and the offset
+// of the woken thread in its records.
 void SwitchRecords::open_wakeups(int cpu) {
   std::uint64_t id = 0;
   try {
@@ -113,8 +113,8 @@ T SwitchRecords::read(std::uint64_t at) const {
   return std::bit_cast<T>(bytes);
 }
 
-// perf_event_open(2) describes the records. A switch has two: of the thread that goes, and of the
-// one that comes. Of a thread that has ended, the first is missing.
+// perf_event_open(2) describes the records. A switch has two: of the thread that is switched out,
+// and of the thread that is switched in. The first is missing if its thread has ended.
 void SwitchRecords::visit_one(const Header& header, std::uint64_t at, const Visit& visit) {
   const std::uint64_t body = at + sizeof(header);
   const auto time = [&](std::uint64_t place) {
@@ -122,7 +122,7 @@ void SwitchRecords::visit_one(const Header& header, std::uint64_t at, const Visi
   };
   if (header.type == PERF_RECORD_SAMPLE) {
     const auto [process, thread] = read<std::array<std::uint32_t, 2>>(body);
-    // Behind the time, the length of what the tracepoint says, then that.
+    // After the time come the length of the tracepoint's data, and the data.
     return visit({.time = time(body + 8),
                   .process = process,
                   .thread = thread,
@@ -173,14 +173,15 @@ bool SwitchRecords::visit_new(const Visit& visit) {
   return is_complete;
 }
 
-// The head goes down, so what follows it is older. It ends where the kernel has not yet been, or,
-// after a whole turn, in a record that is overwritten in part.
+// The kernel writes this ring buffer backwards, so the records after the head are older. They end
+// where the kernel has not written yet, or, after a full turn, in a partly overwritten record.
 void SwitchRecords::visit_all(const Visit& visit) {
   for (const int fd : {fd_, wakeups_fd_}) {
     if (fd >= 0) ioctl(fd, PERF_EVENT_IOC_DISABLE, 0);
   }
   const auto& page = *static_cast<const perf_event_mmap_page*>(memory_);
-  const std::uint64_t begin = __atomic_load_n(&page.data_head, __ATOMIC_ACQUIRE);  // as above
+  // Acquire: as in visit_new().
+  const std::uint64_t begin = __atomic_load_n(&page.data_head, __ATOMIC_ACQUIRE);
   std::vector<std::uint64_t> places;
   for (std::uint64_t at = begin; at - begin < kMostRecordBytes;) {
     const auto header = read<Header>(at);

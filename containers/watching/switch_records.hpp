@@ -1,4 +1,4 @@
-// The threads that run on a CPU, as the kernel tells it.
+// The context switches and wake-ups of a CPU, as the kernel records them.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_WATCHING_SWITCH_RECORDS_HPP_
 #define TAKT_CONTAINERS_WATCHING_SWITCH_RECORDS_HPP_
@@ -13,33 +13,33 @@
 
 namespace TAKT_INTERNAL takt {
 
-/// The switches of a CPU, and, where tracefs is mounted and readable, who makes whom ready there:
-/// by perf_event_open(2), which writes them into a ring of 1 MiB.
+/// The context switches of a CPU and, where tracefs is mounted and readable, its wake-ups:
+/// perf_event_open(2) writes them into a ring buffer of 1 MiB.
 /// Thread safety: none. Real-time: no; each switch costs the kernel two records of 32 bytes.
 class SwitchRecords {
  public:
-  /// What happens when the ring is full.
+  /// The policy for a full ring buffer.
   enum class Full {
-    loses,       // what comes then: for one who looks again and again
-    overwrites,  // the oldest: for one who looks once, at the end
+    loses,       // new records: for a reader that polls
+    overwrites,  // the oldest records: for a reader that reads once, at the end
   };
   struct Switch {
     TimePoint time{};                                 // of CLOCK_MONOTONIC
-    std::uint32_t process = 0, thread = 0;            // that goes; or wakes another one
-    std::uint32_t next_process = 0, next_thread = 0;  // that comes; or is woken: no process
-    bool was_preempted = false;                       // else it sleeps now
+    std::uint32_t process = 0, thread = 0;            // switched out; or the waker
+    std::uint32_t next_process = 0, next_thread = 0;  // switched in; or woken: without process
+    bool was_preempted = false;                       // else it went to sleep
     bool is_wakeup = false;
   };
   using Visit = std::function<void(const Switch&)>;
 
-  /// Throws Error if Linux does not permit it. `has_wakeups`: also who wakes whom.
+  /// Throws Error if Linux does not permit it. `has_wakeups`: records wake-ups, too.
   SwitchRecords(int cpu, Full full, bool has_wakeups = false);
   ~SwitchRecords();
   SwitchRecords(const SwitchRecords&) = delete;
   SwitchRecords& operator=(const SwitchRecords&) = delete;
 
-  /// Calls it with each switch since the last time; of those that are overwritten, with all that
-  /// there are: from the oldest to the newest. Returns false if some were not recorded.
+  /// Calls `visit` with each switch since the last call, or, with Full::overwrites, with all that
+  /// are left; from the oldest to the newest. Returns false if some were not recorded.
   bool visit(const Visit& visit);
   /// Why there are no wake-ups; empty: there are.
   const std::string& without_wakeups() const noexcept { return without_wakeups_; }
@@ -59,7 +59,7 @@ class SwitchRecords {
   const Full full_;
   const std::size_t page_;
   int fd_ = -1, wakeups_fd_ = -1;
-  std::size_t woken_at_ = 0;                 // in a record of the tracepoint
+  std::size_t woken_at_ = 0;                 // offset in a record of the tracepoint
   std::uint32_t comes_ = ~std::uint32_t{0};  // the thread that runs after the last switch
   void* memory_ = nullptr;
   std::string without_wakeups_;

@@ -10,7 +10,7 @@
 namespace takt {
 namespace {
 
-// What the component's own `parameters` do not say.
+// Adds the parameters of a file, except those that the component's `parameters` give.
 void add_parameters_of(const std::string& path, ComponentDescription& component) {
   if (component.name.empty()) {
     throw Error("a parameter file is for nodes by their names, and this component has none here",
@@ -29,7 +29,7 @@ void add_parameters_of(const std::string& path, ComponentDescription& component)
 template <class T>
 std::optional<T> item_of(const document::Value& value) {
   if (const T* content = std::get_if<T>(&value.content)) return *content;
-  if constexpr (std::is_same_v<T, double>) {  // among other numbers, 1 is 1.0
+  if constexpr (std::is_same_v<T, double>) {  // in a list of numbers, 1 is 1.0
     if (const auto integer = item_of<std::int64_t>(value)) return static_cast<double>(*integer);
   }
   return {};
@@ -95,7 +95,7 @@ void ComponentReader::read_component(const Value& value) {
   add(std::move(component), value.line);
 }
 
-// How the callbacks of a node are served, of a component as of a program.
+// The keys of how callbacks are served, for components as for nodes of programs.
 std::vector<SystemReader::Field> ComponentReader::serving_fields(ComponentDescription& node) {
   return {{"executor",
            "A name in `executors`, or `default`. By default, the executor of its chain, else "
@@ -120,7 +120,7 @@ std::vector<SystemReader::Field> ComponentReader::serving_fields(ComponentDescri
                                     {"ignore", OnException::ignore}})}};
 }
 
-// Its key is the full name.
+// The key of a node is its full name.
 void ComponentReader::read_node(const Value& value) {
   ComponentDescription node{.where = errors_.where(value.line)};
   if (!is_describing()) {

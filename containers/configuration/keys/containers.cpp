@@ -48,7 +48,7 @@ void ContainerReader::check_number_of_containers(const Value& root) {
   }
 }
 
-// The program makes its nodes, and decides all that this happens with.
+// A program makes its nodes, and decides everything that these keys would set.
 void ContainerReader::check_file_of_program(const Value& root, const Value& nodes) {
   for (const std::string_view key :
        {"container", "containers", "dds", "topics", "lifecycle", "model", "priorities"}) {
@@ -111,7 +111,8 @@ std::string ContainerReader::read_container(const Value& value) {
   return name;
 }
 
-// Each process would know only its own part of the system, and a program more than that.
+// The key needs the whole system: each of several processes would know only its own part, and a
+// program may have more than the file.
 void ContainerReader::check_that_one_process_runs(const Value& root, const Value& value) {
   const auto refuse = [&](const std::string& why) {
     errors_.add(value.line, fmt::format("`{}` is for a file with one process: {}", value.name, why),

@@ -10,7 +10,7 @@
 namespace takt {
 
 void DdsReader::read(const Value& value) {
-  // The environment's domain counts, and may be wrong, only where the file names none.
+  // Only if the file names no domain, that of the environment applies, and may be wrong.
   DdsOptions& dds = system_.dds.emplace(
       document::find(value, "domain") != nullptr ? DdsOptions{.domain = 0} : DdsOptions{});
   std::string threads;
@@ -116,7 +116,7 @@ SystemReader::Read DdsReader::into_file(std::string& path, PemFile wanted) {
   });
 }
 
-// The defaults of these depend on the environment, so the reference must not show them.
+// The default domain depends on the environment, so the reference must not show it.
 SystemReader::Read DdsReader::into_domain(int& domain) {
   return without_default([this, &domain] { return into(domain, 0, 230); });
 }

@@ -36,8 +36,8 @@ OwnValue own_value(const document::Value& value) {
   return own;
 }
 
-// The keys that what is chosen by this name brings. If there is no such name, that is reported, and
-// any key may be one of its.
+// The own keys of the registered class with this name. An unknown name is reported elsewhere, and
+// any key may be one of its own.
 template <class AnyRegistry>
 std::vector<OwnKey> own_keys(const AnyRegistry& registry, const std::string& name,
                              const document::Value& value) {
@@ -49,7 +49,7 @@ std::vector<OwnKey> own_keys(const AnyRegistry& registry, const std::string& nam
   return all;
 }
 
-// Checks a name. That of a library which was reported already is replaced.
+// Checks a name. The name of a broken library, which was reported already, becomes `instead`.
 std::function<void()> unless_broken(const std::set<std::string>& broken, const char* noun,
                                     std::string& name, std::string_view instead,
                                     void (*check)(std::string_view)) {
@@ -91,7 +91,7 @@ void try_to_make(const std::string& type, const ExecutorOptions& options) {
   }
 }
 
-// Of all executors, on the CPUs that they are for.
+// Admission control for the reservations of all executors, on the CPUs that the file states.
 void check_reservations(const std::vector<ThreadAttributes>& threads,
                         const MachineDescription& machine) {
   if (machine.cpus.empty()) return check_admission(threads);
@@ -102,8 +102,8 @@ void check_reservations(const std::vector<ThreadAttributes>& threads,
 
 }  // namespace
 
-// The library says which keys it brings, so it is loaded before the map is read; and it is checked
-// with their values.
+// The library defines keys of its own, so it is loaded before the map is read; its check uses their
+// values.
 void ExecutorReader::read_scheduler(const Value& value) {
   const auto load = [&](const Value& place) {
     std::string library;
@@ -151,7 +151,7 @@ std::vector<SystemReader::Field> ExecutorReader::executor_fields(ExecutorDescrip
     return noting(is_sound,
                   into_checked(name, unless_broken(file_.broken, noun, name, instead, check)));
   };
-  // If it is not sound, its library is reported already.
+  // If `is_sound` is false, an error of the library was reported already.
   const auto find_it = [&] { return is_sound ? find_type(executor) : void(); };
   return {
       {"library",
@@ -225,7 +225,7 @@ void ExecutorReader::read_executor(const Value& value) {
   Threads threads;
   bool is_sound = true;
   std::vector<Field> fields = executor_fields(executor, threads, is_sound);
-  // The library and the type come before the others: the type says which keys it brings.
+  // Read the library and the type first: the type defines keys of its own.
   for (Field* field : {&fields[0], &fields[1]}) {
     const Value* found = is_describing() ? nullptr : find(value, "an executor", field->key);
     if (found == nullptr) continue;
@@ -269,7 +269,7 @@ void ExecutorReader::read_executor(const Value& value) {
   system_.executors.push_back(std::move(executor));
 }
 
-// Each executor has checked its own threads; this is about all of them.
+// Checks that concern the threads of all executors together.
 void ExecutorReader::check_threads(const Value& executors) {
   errors_.passes(executors.line,
                  [&] { check_reservations(file_.executors_threads, system_.machine); });

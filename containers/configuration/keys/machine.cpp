@@ -56,7 +56,7 @@ void MachineReader::read_overheads(const Value& value) {
              either(into_duration(machine.publish, [] {}), publishing)}});
 }
 
-// A thread whose CPUs the machine does not have would be analysed on one that nobody described.
+// A thread bound to a CPU that `machine: cpus` lacks would be analysed on an undescribed CPU.
 void MachineReader::check_cpus_of_threads() {
   const std::vector<int>& cpus = system_.machine.cpus;
   if (cpus.empty()) return;

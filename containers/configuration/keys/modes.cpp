@@ -48,7 +48,7 @@ std::optional<ModeDescription::Callback> ModeReader::mode_callback(const Value& 
   return ModeDescription::Callback{std::move(name), errors_.where(value.line)};
 }
 
-// Whether the callbacks exist is known when the components are made.
+// Whether the callbacks exist is checked later, when the components have been made.
 void ModeReader::check_mode(const Value& value, const ModeDescription& mode) {
   if (mode.name == kNormalMode) {
     errors_.add(value.line, fmt::format("the mode '{}' is the one without changes", kNormalMode),

@@ -65,7 +65,7 @@ class MachineReader : private KeyReader {
   Read into_rt_runtime(std::optional<Nanoseconds>& runtime);
 };
 
-/// Of `schedulers` and `wait_backends`, too.
+/// Reads `executors`, `schedulers` and `wait_backends`.
 class ExecutorReader : private KeyReader {
  public:
   using KeyReader::KeyReader;
@@ -87,9 +87,9 @@ class ContainerReader : private KeyReader {
  public:
   using KeyReader::KeyReader;
   void read_containers(const Value& containers);
-  /// Returns its name.
+  /// Returns the container's name.
   std::string read_container(const Value& container);
-  /// What the keys of the file say of its processes together.
+  /// Checks the keys of the file that concern its processes together.
   void check(const Value& root);
 
  private:
@@ -129,13 +129,13 @@ class ComponentReader : private KeyReader {
   void read_remap(const Value& value, ComponentDescription& component);
 };
 
-/// Of components.
+/// Reads the callbacks and callback groups of components.
 class CallbackReader : private KeyReader {
  public:
   using KeyReader::KeyReader;
   void read_group(const Value& value, ComponentDescription& component);
   void read_callback(const Value& value, ComponentDescription& component);
-  /// By node, of a request.
+  /// The changes of a request, by node.
   std::map<std::string, CallbackParameterChanges> read_changes(const Value& root);
 
  private:

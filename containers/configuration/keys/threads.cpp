@@ -22,7 +22,7 @@ std::optional<int> whole_number(std::string_view text) {
 
 void ThreadReader::read(const Value& value) {
   ThreadAttributes asked{.name = value.name};
-  int highest = 0;  // of a band
+  int highest = 0;  // of a band; 0: no band
   bool is_sound = true;
   const bool fits = read_map(
       value, "a thread",
@@ -81,7 +81,7 @@ void ThreadReader::read(const Value& value) {
   for (const auto& thread : file_.threads.band(asked, highest, is_sound, line)) add(thread);
 }
 
-// `highest` stays 0 if it is one priority.
+// Reads a priority or a band. `highest` stays 0 for a single priority.
 SystemReader::Read ThreadReader::into_priority(int& priority, int& highest) {
   return [this, &priority, &highest](const Value& value) {
     if (is_describing()) return into(priority)(value), void(describes("a band such as `60..68`"));
