@@ -1,17 +1,17 @@
-// Linked into programs that want their allocations counted (tests, benches, takt), and the library
-// libtakt_allocations, which `takt run --allocations` preloads: takes the place of malloc, counts,
-// and calls the C library's. So does free, as the program may have another heap.
+// Counts allocations: replaces malloc, counts, and calls the C library's malloc. It replaces free
+// as well, as the program may have another heap. Linked into programs that count (tests, benches,
+// takt) and into the library libtakt_allocations, which `takt run --allocations` preloads.
 // SPDX-License-Identifier: Apache-2.0
 #include <cerrno>
 #include <cstddef>
 
 #include "takt/base/realtime_scope.hpp"
 
-// The sanitizers bring a malloc of their own; then allocations_are_counted() says false.
+// The sanitizers have a malloc of their own: with them, allocations_are_counted() is false.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
 namespace takt {
-// Weak: a program that a program starts may have no libtakt.
+// Weak, as a child process of the program inherits the preload but may not link libtakt.
 [[gnu::weak]] void count_allocation() noexcept;
 }  // namespace takt
 

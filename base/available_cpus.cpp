@@ -53,7 +53,7 @@ const std::vector<int>& usable_cpus() {
   }();
   return cpus;
 }
-// Asked when the library is loaded, before any thread has narrowed its own affinity.
+// Reads the CPUs when the library is loaded, before a thread narrows its own affinity.
 [[maybe_unused]] static const std::size_t kAskedEarly = available_cpus().size();
 
 bool use_available_cpus() {

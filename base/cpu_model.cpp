@@ -26,7 +26,7 @@ bool is_of_realtime(const Thread& thread) {
   return thread.policy == Policy::fifo || thread.policy == Policy::rr;
 }
 
-// SCHED_RR, and the model of the others.
+// Whether threads take turns: under SCHED_RR, and in this model also under the ordinary policies.
 bool takes_turns(const Thread& thread) {
   return thread.policy != Policy::fifo && thread.policy != Policy::deadline;
 }
@@ -53,7 +53,7 @@ CpuModel::CpuModel(Options options) : options_(std::move(options)) {
     if (!(cpu.speed >= 0.001 && cpu.speed <= 1000))
       throw Error("the speed of virtual CPU " + std::to_string(cpu.number) + " is not possible",
                   "give one from 0.001 to 1000");
-    // Up: no work takes longer than its time divided by the speed.
+    // Rounded up: no work takes longer than its time divided by the speed.
     states_.push_back({.speed = static_cast<std::int64_t>(std::ceil(cpu.speed * kParts))});
   }
   chosen_.resize(states_.size());
@@ -68,12 +68,12 @@ bool CpuModel::may_use(const Thread& thread, std::size_t cpu) const {
              thread.cpus.end();
 }
 
-// Of those that nobody has chosen.
+// The CPU for the thread, among those that have not been given to a more urgent thread.
 std::size_t CpuModel::choose(const Thread& thread) const {
   const std::size_t own = thread.policy == Policy::deadline ? thread.last_cpu_ : thread.cpu_;
   if (own != kNone && chosen_[own] == nullptr && may_use(thread, own)) return own;
   std::size_t best = kNone;
-  const auto urgency_on = [this](std::size_t cpu) {  // the least urgent is the last of them
+  const auto urgency_on = [this](std::size_t cpu) {  // the least urgent thread is last in awake_
     return std::find(awake_.begin(), awake_.end(), states_[cpu].running) - awake_.begin();
   };
   for (std::size_t cpu = 0; cpu < states_.size(); ++cpu) {
@@ -123,12 +123,13 @@ void CpuModel::share(TimePoint now) {
   }
 }
 
-// What those that run have used. A second ends for each CPU when something happens to it.
+// Charges the running threads for their CPU time. Throttling is per second: a CPU's second is
+// renewed when something happens to that CPU.
 void CpuModel::account(TimePoint now) {
   for (State& cpu : states_) {
     if (Thread* const thread = cpu.running; thread != nullptr) {
       const Nanoseconds elapsed = now - std::exchange(thread->since_, now);
-      // What is left of the last nanosecond belongs to the work that comes next.
+      // The rest of the last nanosecond counts for the work that follows.
       const std::int64_t speed = speed_of(*thread);
       thread->work_ = std::max(1 - speed, thread->work_ - elapsed.count() * speed);
       thread->budget_ -= elapsed;

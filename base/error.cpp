@@ -18,12 +18,12 @@ Error::Error(const std::string& what, const std::string& what_to_do, const std::
 }
 namespace {
 
-// Capitals count as small letters: INFO instead of info is one mistake, not four.
+// Capitals count as small letters: INFO instead of info is one typing error, not four.
 char small(char letter) {
   return letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter - 'A' + 'a') : letter;
 }
 
-// Levenshtein's edit distance, one row at a time; two letters in the wrong order are one mistake.
+// Levenshtein's edit distance, one row at a time; two swapped letters are one typing error.
 std::size_t distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before, above(b.size() + 1), row(b.size() + 1);
   std::iota(row.begin(), row.end(), 0);
@@ -41,13 +41,13 @@ std::size_t distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-// Nobody mistypes a word that is longer, and comparing costs the product of the lengths.
+// A longer name is not a typing error, and a comparison costs the product of the lengths.
 constexpr std::size_t kLongest = 100;
 
-// The word that was meant; nullptr when that is a guess, and a wrong guess misleads.
+// The valid word that the user meant; nullptr if unsure, as a wrong guess misleads.
 const std::string* meant(std::string_view name, std::span<const std::string> valid) {
   if (name.size() > kLongest) return nullptr;
-  constexpr std::size_t kShortestBeginning = 3;  // "prio" is short for one word only
+  constexpr std::size_t kShortestBeginning = 3;  // "prio" abbreviates one word only
   const auto begins = [&](const std::string& word) { return word.starts_with(name); };
   if (name.size() >= kShortestBeginning && std::count_if(valid.begin(), valid.end(), begins) == 1) {
     return &*std::find_if(valid.begin(), valid.end(), begins);
@@ -56,7 +56,7 @@ const std::string* meant(std::string_view name, std::span<const std::string> val
   std::size_t bound = 2 + name.size() / 3;  // a third of the word and one letter may be wrong
   for (const std::string& word : valid) {
     const auto [shorter, longer] = std::minmax({name.size(), word.size()});
-    if (longer - shorter >= bound) continue;  // it is at least so far away
+    if (longer - shorter >= bound) continue;  // the distance is at least the difference in length
     const std::size_t away = distance(name, word);
     if (away >= bound) continue;
     bound = away;
@@ -65,14 +65,15 @@ const std::string* meant(std::string_view name, std::span<const std::string> val
   return closest;
 }
 
-// In a long list nobody finds a word: then only those that are nearest to the name, in their order.
+// A long list is hard to search: it is cut to the words nearest to the name, in the order of the
+// list.
 std::vector<std::string> shown_of(std::string_view name, std::span<const std::string> valid) {
   // Limit: valid names in an error. At it: the nearest ones are shown. Seen: "others are" in the
   // error.
   constexpr std::size_t kMost = 30;
   std::vector<std::string> shown(valid.begin(), valid.end());
   if (shown.size() <= kMost) return shown;
-  std::vector<std::pair<std::size_t, std::size_t>> order;  // how far away, and its place
+  std::vector<std::pair<std::size_t, std::size_t>> order;  // distance to the name, and position
   for (std::size_t i = 0; i < valid.size(); ++i) {
     const bool is_comparable = name.size() <= kLongest && valid[i].size() <= kLongest;
     order.emplace_back(is_comparable ? distance(name, valid[i]) : kLongest, i);

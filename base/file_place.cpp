@@ -39,11 +39,11 @@ struct Folder {
 
 /// The users that may change a file or a folder.
 struct Rule {
-  std::vector<uid_t> owners;    // whose it may be; empty: anybody's
-  bool may_be_of_group = true;  // its group, of any members
+  std::vector<uid_t> owners;    // the allowed owners; empty: any user
+  bool may_be_of_group = true;  // whether a shared group may change it
 };
 
-/// Debian makes a group for each user that nobody else is in.
+/// Whether this is a group of one user only, as Debian makes one for each user.
 bool is_private_group(gid_t id, uid_t owner) {
   const passwd* const user = getpwuid(owner);
   const std::string name = user != nullptr ? user->pw_name : "";
@@ -52,7 +52,7 @@ bool is_private_group(gid_t id, uid_t owner) {
          (own->gr_mem[0] == nullptr || (name == own->gr_mem[0] && own->gr_mem[1] == nullptr));
 }
 
-/// The one place that says what makes a file or a folder of a person one of others, too.
+/// The only place that decides whether other users can change a file or folder.
 void check(const struct stat& about, const std::string& path, const Rule& rule) {
   const std::string it =
       fmt::format("the {} '{}'", S_ISDIR(about.st_mode) ? "folder" : "file", path);
@@ -62,7 +62,7 @@ void check(const struct stat& about, const std::string& path, const Rule& rule) 
         fmt::format("every user of this machine can change {}: its mode is {:04o}", it, mode),
         fmt::format("chmod o-w {}, or name another folder", path));
   }
-  // Where a list of rights names more users, the group's are the most that these have.
+  // With an ACL, the group's bits are the upper limit for all users and groups that the ACL names.
   const bool has_list = getxattr(path.c_str(), "system.posix_acl_access", nullptr, 0) > 0;
   if (!rule.may_be_of_group && (about.st_mode & S_IWGRP) != 0 &&
       (has_list || !is_private_group(about.st_gid, about.st_uid))) {
@@ -142,7 +142,7 @@ void check_beneath(const std::string& folder, const std::string& file) {
   }
 }
 
-// As the kernel follows it: what a link leads to comes in the link's place.
+// Checks each part of the path as the kernel resolves it: the target of a link replaces the link.
 void check_ours(const std::string& file) {
   const Rule rule{.owners = {geteuid(), 0}, .may_be_of_group = false};
   constexpr int kLinks = 40;  // as many as the kernel follows
@@ -157,7 +157,7 @@ void check_ours(const std::string& file) {
     path = part == ".." ? path.parent_path() : path / part;
     struct stat about = about_link(path);
     if (S_ISLNK(about.st_mode)) {
-      about.st_mode &= ~static_cast<mode_t>(S_IWGRP | S_IWOTH);  // nobody can write into a link
+      about.st_mode &= ~static_cast<mode_t>(S_IWGRP | S_IWOTH);  // a link's mode has no meaning
       check(about, path, rule);
       if (++links > kLinks) throw Error(fmt::format("'{}' leads through too many links", file));
       const std::filesystem::path target = std::filesystem::read_symlink(path);

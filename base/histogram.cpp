@@ -8,7 +8,7 @@ namespace takt {
 
 namespace {
 
-// What another process has counted may be any number: the sum stays at its largest.
+// Untrusted input: counts of another process may be any number, so the sum saturates.
 std::int64_t with(std::int64_t sum_ns, std::int64_t ns, std::uint64_t count) noexcept {
   std::int64_t more_ns = 0;
   if (__builtin_mul_overflow(ns, count, &more_ns) ||

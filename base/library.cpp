@@ -24,10 +24,11 @@ namespace {
 
 using Registrations = std::vector<Registration>;
 
-// Of the library that this thread is loading; nullptr: of the program, or of what loads with it.
+// Registrations of the library that this thread is loading; nullptr: of the program, or of
+// libraries loaded with it.
 thread_local constinit Registrations* of_library = nullptr;
 
-// nullptr, with a reason in dlerror: it cannot be loaded.
+// nullptr: the library cannot be loaded, and dlerror() has the reason.
 void* open_library(const char* path, Registrations& noted) {
   struct Noting {
     explicit Noting(Registrations& to) { of_library = &to; }
@@ -37,7 +38,7 @@ void* open_library(const char* path, Registrations& noted) {
   return dlopen(path, RTLD_NOW | RTLD_LOCAL);
 }
 
-// Far longer than any library takes, on a machine that has other things to do.
+// Far longer than any library needs, even on a busy machine.
 constexpr auto kTrialLimit = std::chrono::seconds(30);
 
 // Throws Error unless this process may load the library.
@@ -64,7 +65,8 @@ std::filesystem::path path_of_takt() {
   return std::filesystem::canonical(own.dli_fname != nullptr ? own.dli_fname : "", none);
 }
 
-// For the program takt_try_library. What dlopen itself refuses, it refuses here again.
+// Called by the program takt_try_library. It ignores errors of dlopen: load_library gets the same
+// ones.
 extern "C" TAKT_INTERNAL void takt_try_library(const char* path) {
   Registrations noted;
   open_library(path, noted);
@@ -78,9 +80,9 @@ bool note_registration(Registration registration) {
 
 std::vector<Registration>& load_library(const std::string& path) {
   static std::mutex mutex;
-  // By handle: however it is named, a library has one, and its initialisers run once.
+  // By handle: a library has one handle whatever its path, and its initialisers run once.
   static std::map<void*, Registrations> libraries;
-  static std::set<std::string> loaded;  // as they were named
+  static std::set<std::string> loaded;  // paths that were loaded
   const std::lock_guard lock(mutex);
   if (!loaded.contains(path)) check_library(path);
   Registrations noted;

@@ -42,7 +42,7 @@ constexpr int kClass = sizeof(void*) == 8 ? ELFCLASS64 : ELFCLASS32;
               "build it, or copy it, again");
 }
 
-// That [offset, offset + bytes) lies in the file.
+// Throws Error unless [offset, offset + bytes) lies in the file.
 void check_range(const RegularFile& file, std::uint64_t offset, std::uint64_t bytes) {
   if (offset > file.size() || bytes > file.size() - offset) cut_off(file.size());
 }
@@ -57,14 +57,14 @@ std::vector<Entry> read_table(const RegularFile& file, std::uint64_t offset, std
   return table;
 }
 
-/// The text that the ELF string table has at `offset`, as far as names of libraries are long.
+/// The text at this offset of the ELF string table, cut to the longest name of a library.
 std::string text_at(const RegularFile& file, std::uint64_t offset) {
   std::array<char, 256> text{};
   file.read(offset, std::as_writable_bytes(std::span(text).first(text.size() - 1)));
   return text.data();
 }
 
-// Where the file has what lies at an address of the loaded library; 0: nowhere.
+// The place in the file of an address of the loaded library; 0: the file does not contain it.
 std::uint64_t offset_of(std::uint64_t address, const std::vector<ElfW(Phdr)>& parts) {
   for (const auto& part : parts) {
     if (part.p_type == PT_LOAD && address - part.p_vaddr < part.p_filesz) {
@@ -74,7 +74,8 @@ std::uint64_t offset_of(std::uint64_t address, const std::vector<ElfW(Phdr)>& pa
   return 0;
 }
 
-// dlopen of a component of ROS 2 succeeds in a sourced shell, and brings a second middleware in.
+// In a sourced ROS 2 shell, dlopen of a ROS 2 component succeeds, and brings in a second
+// middleware.
 void check_needed(const RegularFile& file, const std::vector<ElfW(Phdr)>& parts) {
   const auto found = std::find_if(parts.begin(), parts.end(),
                                   [](const auto& part) { return part.p_type == PT_DYNAMIC; });
@@ -107,7 +108,8 @@ void check_elf(const RegularFile& file) {
       if (part.p_type != PT_NULL) check_range(file, part.p_offset, part.p_filesz);
     }
   }
-  // They come last in the file, so that they lack first. A stripped library may have none.
+  // Section headers come last in the file, so a cut-off file lacks them first. A stripped library
+  // may have none.
   if (head.e_shoff != 0 && head.e_shentsize == sizeof(ElfW(Shdr))) {
     for (const auto& part : read_table<ElfW(Shdr)>(file, head.e_shoff, head.e_shnum)) {
       if (part.sh_type == SHT_NULL || part.sh_type == SHT_NOBITS) continue;
@@ -123,7 +125,7 @@ void check_elf(const RegularFile& file) {
 // counts as one that ends well. Seen: nothing.
 constexpr std::chrono::seconds kMostOfEnd(1);
 
-/// The program takt_try_library at work.
+/// A process that runs the program takt_try_library.
 class Trial {
  public:
   Trial(const std::string& program, const std::string& takt, const std::string& library) {
@@ -137,7 +139,7 @@ class Trial {
     posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
     posix_spawnattr_t attributes;
     posix_spawnattr_init(&attributes);
-    // Whatever this thread has set for itself: its signals, its real-time policy.
+    // The process does not inherit this thread's signals and real-time policy.
     sigset_t none, all;
     sigemptyset(&none);
     sigfillset(&all);
@@ -150,7 +152,7 @@ class Trial {
         &attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSCHEDULER);
     std::array<std::string, 3> words{program, takt, library};
     std::array<char*, 4> argv{words[0].data(), words[1].data(), words[2].data(), nullptr};
-    // Not fork: a fork would make each page that real-time threads write to fault once.
+    // Not fork: after a fork, each page that a real-time thread writes to faults once.
     const int error =
         posix_spawn(&pid_, program.c_str(), &files, &attributes, argv.data(), environ);
     posix_spawnattr_destroy(&attributes);
@@ -169,7 +171,7 @@ class Trial {
   Trial(const Trial&) = delete;
   Trial& operator=(const Trial&) = delete;
 
-  /// Until the library is loaded, the process has ended, or the time is up. False: time is up.
+  /// Waits until the library is loaded or the process has ended. False: the time was up before.
   bool wait(TimePoint end) {
     while (!is_loaded_) {
       if (Clock::steady().now() >= end) return false;
@@ -180,9 +182,10 @@ class Trial {
     }
     return true;
   }
-  /// It says so by a zero byte, when all initialisers have returned.
+  /// The process writes a zero byte when all initialisers have returned.
   bool is_loaded() const { return is_loaded_; }
-  /// The process ends as one that has loaded the library; one that does not end is not waited for.
+  /// False: a signal other than our SIGKILL ended the process after it had loaded the library. A
+  /// process that does not end in time is killed, and counts as one that ends well.
   bool ends_well(TimePoint limit) {
     while (Clock::steady().now() < limit && read(limit)) {
     }
@@ -208,7 +211,7 @@ class Trial {
   // nothing.
   static constexpr std::size_t kMostText = 1000;
 
-  // What it writes next. False: it has ended.
+  // Reads the next output of the process. False: the process has closed its output.
   bool read(TimePoint end) {
     const Nanoseconds left = std::max(Nanoseconds::zero(), end - Clock::steady().now());
     const timespec time{left / std::chrono::seconds(1), (left % std::chrono::seconds(1)).count()};
@@ -224,7 +227,7 @@ class Trial {
     return true;
   }
 
-  // One that ends already has its status; another one has closed its output, and goes on.
+  // An ended process keeps its status; one that only closed its output is killed.
   void reap() {
     kill(pid_, SIGKILL);
     int status = 0;

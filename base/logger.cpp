@@ -25,12 +25,12 @@ namespace {
 
 void write_to_stderr(LogLevel level, std::string_view line) {
   static constexpr const char* kNames[] = {"debug", "info", "warn", "error"};
-  // fmt::print would throw when nothing can be written, and end the process.
+  // Not fmt::print: it throws when it cannot write, and the exception would end the process.
   const std::string text = fmt::format("[{}] {}\n", kNames[static_cast<int>(level)], line);
   std::fwrite(text.data(), 1, text.size(), stderr);
 }
 
-// Not those of the thread that happens to start this one.
+// The log thread does not keep the attributes of the thread that happens to start it.
 void take_default_attributes() {
   const sched_param no_priority{};
   sched_setscheduler(0, SCHED_OTHER, &no_priority);
@@ -64,14 +64,15 @@ Logger& Logger::instance() {
   return *logger;
 }
 
-// Lines by value. No thread waits for another, and nothing allocates.
+// The queue of lines, by value. Logging threads do not wait for each other and do not allocate.
 struct Logger::Output {
   boost::lockfree::queue<Record, boost::lockfree::capacity<kRecords>> queue;
   std::thread thread;
-  std::mutex one_at_a_time;  // that runs a function in the thread, or ends it
+  std::mutex one_at_a_time;  // for functions in the log thread, and for its end
   std::atomic<bool> is_writing{false};
 
-  /// One thread at a time. A line that comes meanwhile, also from the writer, is seen by the loop.
+  /// After stop(), logging threads write themselves, one at a time. The loop also writes lines that
+  /// came meanwhile, even those logged by the writer.
   template <class Write>
   void write_at_the_end(const Write& write) {
     while (!queue.empty() && !is_writing.exchange(true)) {
@@ -85,7 +86,7 @@ Logger::Logger() : output_(std::make_unique<Output>()), writer_(write_to_stderr)
 }
 
 void Logger::stop() {
-  const std::lock_guard one(output_->one_at_a_time);  // no function is on its way
+  const std::lock_guard one(output_->one_at_a_time);  // no run_in_thread is under way
   const std::lock_guard lock(starting_);
   stopping_.store(true);
   work_.fetch_add(1);
@@ -119,7 +120,7 @@ void Logger::run_in_thread(const std::function<void()>& function) {
   function_.wait(&function);
 }
 
-// False: too many lines are on their way.
+// False: the queue of lines is full.
 bool Logger::take_room() noexcept {
   start();
   std::size_t taken = taken_.load(std::memory_order_relaxed);
@@ -142,7 +143,7 @@ void Logger::write(std::string_view source, LogLevel level, const SourceLocation
   const auto end = fmt::vformat_to_n(record.text + begin, kLineBytes - begin, format, arguments);
   record.size = std::min<std::size_t>(begin + end.size, kLineBytes);
   record.source_size = source.size();
-  if (take_room()) hand_over(level, record);  // now, as a formatter may throw
+  if (take_room()) hand_over(level, record);  // only now, as a formatter may throw
 }
 
 void Logger::set_listener(std::function<void(const LogLine&)> listener) {
@@ -153,7 +154,7 @@ void Logger::hand_over(LogLevel level, Record& record) noexcept {
   record.level = level;
   record.time = std::chrono::system_clock::now();
   handed_over_.fetch_add(1, std::memory_order_relaxed);
-  output_->queue.push(record);  // it has room
+  output_->queue.push(record);  // cannot fail: take_room() reserved a place
   if (stopped_.load()) return output_->write_at_the_end([this] { write_what_waits(); });
   work_.fetch_add(1);
   work_.notify_one();
@@ -175,7 +176,7 @@ void Logger::write_until_stopped() {
 }
 
 void Logger::write_what_waits() {
-  // Not until it is empty: others may log without end.
+  // Limited, as other threads may log without end.
   Record record;
   for (std::size_t i = 0; i < kRecords && output_->queue.pop(record); ++i) write_line(record);
   if (const std::uint64_t dropped = this->dropped(); dropped != dropped_reported_) {
@@ -187,8 +188,8 @@ void Logger::write_what_waits() {
 
 void Logger::write_line(const Record& record) {
   const std::string_view line(record.text, record.size);
-  writer_(record.level, printable(line));  // names and texts of others may be in it
-  if (listener_ && !stopped_.load()) {     // afterwards what it uses may have gone
+  writer_(record.level, printable(line));  // untrusted input: names of other processes
+  if (listener_ && !stopped_.load()) {     // after stop, objects of the listener may be gone
     const bool has_source = record.source_size != 0 && record.source_size + 2 <= line.size();
     listener_({record.level, record.time,
                has_source ? line.substr(0, record.source_size) : std::string_view(),

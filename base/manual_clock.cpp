@@ -6,7 +6,7 @@
 namespace takt {
 namespace {
 
-// The participant that the calling thread is, so that work() knows which one to block.
+// The calling thread's participant, which work() blocks.
 thread_local ManualClock::Participant* this_participant = nullptr;
 thread_local bool is_counted_elsewhere = false;
 
@@ -39,7 +39,7 @@ TimePoint ManualClock::next_event(const Participant& participant) const noexcept
   return participant.state_ == State::searching ? std::min(next, participant.wake_time_) : next;
 }
 
-// True: it goes on, now.
+// Something happens to the participant at the present time. True: it goes on now.
 bool ManualClock::happen(Participant& participant) noexcept {
   if (!cpus_) return true;
   if (participant.state_ == State::sleeping) {
@@ -55,9 +55,9 @@ bool ManualClock::happen(Participant& participant) noexcept {
   return cpus_->happen(participant.thread, now());
 }
 
-// The one that runs next; nullptr: nobody before the target. At one instant, things happen to
-// participants in the order of their ranks, and at last to CPUs; but first ends whatever has no
-// work left, so that nobody preempts it.
+// The participant that runs next; nullptr: none before target_. At one instant, participants that
+// finish their work come first, so that nobody preempts them; then the others, in the order of
+// their ranks; then CPUs.
 ManualClock::Participant* ManualClock::step() noexcept {
   for (;;) {
     Participant* first = nullptr;
@@ -82,8 +82,8 @@ ManualClock::Participant* ManualClock::step() noexcept {
   }
 }
 
-// The caller has the baton (self), or it is the controller, or leaves (nullptr). Without the lock,
-// another one has the baton now.
+// `self` has the baton; nullptr: the controller, or a participant that leaves, passes it on. If
+// this returns without the lock, another participant has the baton.
 void ManualClock::pass_on(Participant* self, std::unique_lock<std::mutex>& lock) noexcept {
   running_ = step();
   if (running_ == nullptr) {
@@ -94,9 +94,9 @@ void ManualClock::pass_on(Participant* self, std::unique_lock<std::mutex>& lock)
   running_->state_ = State::running;
   if (running_ == self) return;
   Participant& next = *running_;
-  lock.unlock();  // before it runs into the mutex
+  lock.unlock();  // first, as the next thread needs the mutex
   next.has_baton_.store(1);
-  next.has_baton_.notify_one();  // only its address counts: it may have left meanwhile
+  next.has_baton_.notify_one();  // only the address is used: `next` may be gone
 }
 
 void ManualClock::advance(Nanoseconds duration) {
@@ -122,12 +122,12 @@ void ManualClock::wait_for_participants(std::size_t count) {
 
 // ---- Participants ----
 
-// When one goes on whose sleep ends at that time.
+// When a thread whose sleep ends at `time` goes on.
 TimePoint ManualClock::after_wake_up(TimePoint time) const noexcept {
   return cpus_ ? later(time, cpus_->wake_overhead()) : time;
 }
 
-// It is in this state until it has the baton.
+// The thread waits in this state until it has the baton.
 void ManualClock::block(Participant& self, State state,
                         std::unique_lock<std::mutex>& lock) noexcept {
   self.state_ = state;

@@ -19,7 +19,7 @@
 namespace takt {
 namespace {
 
-constexpr std::size_t kHead = 512;  // in which the mark is
+constexpr std::size_t kHead = 512;  // the mark of Takt's files is in these bytes
 constexpr std::string_view kMcap = "\x89MCAP0\r\n";
 std::atomic<bool> is_permitted{false};
 
@@ -42,7 +42,7 @@ bool begins_as_takts(std::string_view head) {
     return head.starts_with(begin) && head.substr(begin.size()).starts_with(kTaktsText);
   };
   if (comment("# ") || comment("// ")) return true;
-  if (head.starts_with("file,executor,")) {  // CSV, whose columns become more
+  if (head.starts_with("file,executor,")) {  // CSV, to which later versions add columns
     return head.find(",scheduler,composition,repeat,") != head.npos;
   }
   if (head.starts_with("<")) {  // in HTML and SVG other things come first
@@ -70,7 +70,7 @@ class KeySearch {
         escapes_ = false;
       } else if (one == '\\') {
         escapes_ = true;
-        length_ = kKey.size() + 1;  // it is not this one
+        length_ = kKey.size() + 1;  // not "takt"
       } else if (one == '"') {
         is_text_ = false;
         is_key_ = depth_ == 1 && length_ == kKey.size();
@@ -91,7 +91,7 @@ class KeySearch {
     if (one != ' ') is_key_ = false;
   }
   int depth_ = 0;
-  std::size_t length_ = 0;  // of the key, as far as it was read
+  std::size_t length_ = 0;  // letters of "takt" read so far
   bool is_text_ = false, escapes_ = false, is_key_ = false, found_ = false;
 };
 
@@ -113,14 +113,14 @@ bool is_takts(const std::string& path) {
   return is_ours;
 }
 
-/// What is under that name, and what happens with it.
+/// The file of that name, and whether it is replaced.
 struct Target {
   bool exists = false;
-  bool is_replaced = false;  // it is a file with a content
+  bool is_replaced = false;  // it is a regular file with a content
   struct stat about {};
 };
 
-/// /dev/stdout may lead to a file that others write, too: it is not replaced.
+/// /dev/stdout may be a file that other processes write to as well: it is never replaced.
 bool is_descriptor(const std::string& path) {
   return path.starts_with("/dev/") || path.starts_with("/proc/");
 }
@@ -159,11 +159,11 @@ void check_folder_of(const std::string& path) {
 }  // namespace
 
 void OutputFile::check(const FilePlace& place) {
-  if (place.is_beneath()) return;  // there only new files can be made
+  if (place.is_beneath()) return;  // only new files can be made there
   const std::string path = place.path();
   const Target target = look_at(path);
   std::error_code none;
-  if (!target.exists && std::filesystem::is_symlink(path, none)) return;  // to where it is made
+  if (!target.exists && std::filesystem::is_symlink(path, none)) return;  // its target is made
   if (!target.exists) check_folder_of(path);
   if (target.is_replaced) check_folder_of(std::filesystem::canonical(path).string());
 }
@@ -183,7 +183,7 @@ OutputFile::OutputFile(const FilePlace& place, Whose whose)
     is_new_ = true;
   } else if (const Target target = look_at(path_); !target.is_replaced) {
     const bool is_file = !target.exists || S_ISREG(target.about.st_mode);
-    // Not O_TRUNC: it is empty, or somebody writes to it this moment.
+    // Not O_TRUNC: the file is empty, or another process has just begun to write to it.
     fd_ = place.open(O_CREAT | O_WRONLY | (is_file ? 0 : O_APPEND), 0666);
     is_new_ = !target.exists;
     if (is_descriptor(path_) && fd_ >= 0) lseek(fd_, 0, SEEK_END);
@@ -192,7 +192,7 @@ OutputFile::OutputFile(const FilePlace& place, Whose whose)
     beside_ = target_ + ".incomplete-XXXXXX";
     fd_ = mkostemp(beside_.data(), O_CLOEXEC);
     if (fd_ >= 0) {
-      // As far as the system lets it: a file that others may read stays one.
+      // Keeps owner and mode, if the system permits: other users can still read the file.
       if (fchown(fd_, target.about.st_uid, target.about.st_gid) != 0) errno = 0;
       fchmod(fd_, target.about.st_mode & 07777);
     }

@@ -14,7 +14,7 @@ struct Character {
   std::size_t bytes = 0;
 };
 
-/// The character at the beginning; nullopt: that is no UTF-8.
+/// The first character; nullopt: the text does not begin with valid UTF-8.
 std::optional<Character> first_of(std::string_view text) {
   const auto byte = [&](std::size_t at) { return static_cast<std::uint8_t>(text[at]); };
   const std::uint8_t first = byte(0);
@@ -32,7 +32,7 @@ std::optional<Character> first_of(std::string_view text) {
   return Character{code, bytes};
 }
 
-/// Controls, and what breaks a line or turns its direction round.
+/// Control characters, line breaks and characters that change the direction of text.
 bool steers(std::uint32_t code) {
   return code < 0x20 || (code >= 0x7f && code < 0xa0) || (code >= 0x200e && code <= 0x200f) ||
          (code >= 0x2028 && code <= 0x202e) || (code >= 0x2066 && code <= 0x2069);

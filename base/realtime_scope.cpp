@@ -43,12 +43,12 @@ ThreadCounters ThreadCounters::now() noexcept {
 bool allocations_are_counted() noexcept {
   static const bool counted = [] {
     const std::uint64_t before = allocations_of_thread;
-    // The compiler believes that it knows malloc: it must not see that the block is never used,
-    // nor believe that the counter stays as it is.
+    // volatile: the compiler knows malloc, and would otherwise remove the unused block or assume
+    // that the counter does not change.
     void* volatile block = std::malloc(1);
     std::free(block);
     asm volatile("" ::: "memory");
-    return std::exchange(allocations_of_thread, before) != before;  // leaving no trace
+    return std::exchange(allocations_of_thread, before) != before;  // the trial does not count
   }();
   return counted;
 }

@@ -37,15 +37,15 @@ void check_kind(const struct stat& about) {
 // is forgotten. Seen: no.
 constexpr std::size_t kMostInputs = 1024;
 
-/// Tells a file from all others, also from one that has got its inode later.
+/// Identifies a file; a later file that reuses the inode has another birth time.
 struct FileId {
   std::uint64_t device = 0, inode = 0;
   std::int64_t born_s = 0, born_ns = 0;
   bool operator==(const FileId&) const = default;
 };
 
-/// Of the descriptor, or of the path if it is AT_FDCWD; nothing of what is empty: of files in
-/// /proc, too, which are others each time.
+/// The id of the descriptor, or of the path if `fd` is AT_FDCWD. Empty files have none, and so
+/// neither have files of /proc, whose identity changes.
 std::optional<FileId> id_of(int fd, const char* path) noexcept {
   struct statx about {};
   const int flags = fd == AT_FDCWD ? 0 : AT_EMPTY_PATH;
@@ -93,11 +93,11 @@ RegularFile::RegularFile(const FilePlace& place) {
   struct stat about {};
   if (!place.is_beneath()) {
     if (stat(place.path().c_str(), &about) != 0) refuse(errno);
-    check_kind(about);  // to open a device can have effects
+    check_kind(about);  // first, as opening a device can have effects
   }
   fd_ = place.open(O_RDONLY | O_NONBLOCK | O_NOCTTY);
   if (fd_ < 0) refuse(errno);
-  try {  // it may be another one by now
+  try {  // the path may name another file by now
     if (fstat(fd_, &about) != 0) refuse(errno);
     check_kind(about);
   } catch (...) {
@@ -130,7 +130,7 @@ std::string RegularFile::text(std::size_t most) const {
     if (size <= most) return;
     throw Error(fmt::format("the file is larger than {} MiB", most >> 20U), "name another file");
   };
-  check_size(size_);  // before there is room for it
+  check_size(size_);  // before memory is allocated for it
   std::string content;
   // Files of /proc report size 0, and a file may grow.
   for (std::size_t room = size_ + 1;;) {

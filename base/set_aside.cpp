@@ -15,9 +15,9 @@
 namespace takt {
 namespace {
 
-// A larger piece has a mapping of its own, and goes back to the kernel.
+// A larger block has a mapping of its own, which goes back to the kernel when it is freed.
 constexpr std::size_t kLargest = 64 * 1024;
-// Notes about pieces, and the first of a size, come from the heap.
+// The pool's bookkeeping and its first small chunks come from the heap.
 constexpr std::size_t kSmallest = 16 * 1024;
 
 // The leak sanitizer looks for pointers in the heap, and in mappings that are registered.
@@ -34,7 +34,7 @@ class Mappings final : public std::pmr::memory_resource {
     void* const memory =
         mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) throw std::bad_alloc();
-    madvise(memory, bytes, MADV_NOHUGEPAGE);  // or one touch takes 2 MB
+    madvise(memory, bytes, MADV_NOHUGEPAGE);  // else one page fault takes 2 MB
     show_to_sanitizer(memory, bytes, true);
     return memory;
   }

@@ -14,7 +14,7 @@ std::shared_ptr<SimulatedClock> SimulatedClock::as_simulated() noexcept {
 
 TimePoint SimulatedClock::on_timeline(TimePoint time) const noexcept {
   if (time == kNever) return kNever;
-  const std::lock_guard lock(mutex_);  // so that all is of one moment
+  const std::lock_guard lock(mutex_);  // so that both values are from one moment
   return simulates() ? later(stands_.load(), between(now_.load(), time))
                      : later(time, ahead_.load());
 }

@@ -43,8 +43,7 @@ TraceClock::TraceClock(const std::string& name) {
   clock_ = found->second;
 }
 
-// The one of some readings between which the least time has passed: of the others, something ran
-// instead.
+// Takes the reading that took the least time: during the others, the thread was interrupted.
 Nanoseconds TraceClock::offset() const {
   if (clock_ == CLOCK_MONOTONIC) return Nanoseconds::zero();
   Nanoseconds best = Nanoseconds::max(), result{0};

@@ -30,7 +30,7 @@ void load_tracepoints() {
   const auto* const table = reinterpret_cast<const Tracepoints* (*)()>(found)();
   detail::loaded_tracepoints.store(table, std::memory_order_release);
   table->rcl_init(table, TAKT_VERSION);
-  // Its importer asks which ROS 2 this is, as its tracepoints have changed: these are of Iron.
+  // Analysis tools ask for the ROS 2 version, as its tracepoints have changed; these are Iron's.
   table->caret_init(Clock::steady().now().time_since_epoch().count(), "iron");
   table->rmw_implementation("rmw_cyclonedds_cpp");
 }

@@ -1,6 +1,6 @@
-// takt_try_library LIBTAKT LIBRARY: loads the library as a program that links libtakt would, and
-// says so by a zero byte, and ends as one. Static initialisers that throw, exit or hang do so here,
-// and destructors that crash (library_trial.hpp).
+// takt_try_library LIBTAKT LIBRARY: loads the library as a program that links libtakt would, writes
+// a zero byte when it is loaded, and exits. Static initialisers that throw, exit or hang do so
+// here, and so do destructors that crash (library_trial.hpp).
 // SPDX-License-Identifier: Apache-2.0
 #include <csignal>
 #include <cstdio>
@@ -13,11 +13,11 @@
 
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
-  prctl(PR_SET_PDEATHSIG, SIGKILL);  // with the process that asks for it, which may have died
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // the parent may have ended already: see poll()
   pollfd reader{STDOUT_FILENO, 0, 0};
   if (poll(&reader, 1, 0) > 0) return 2;
   const rlimit none{};
-  setrlimit(RLIMIT_CORE, &none);  // to die is its purpose
+  setrlimit(RLIMIT_CORE, &none);  // no core files: crashes are expected here
   void* const takt = dlopen(argv[1], RTLD_NOW | RTLD_GLOBAL);
   void* const load = takt != nullptr ? dlsym(takt, "takt_try_library") : nullptr;
   if (load == nullptr) {

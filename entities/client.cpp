@@ -10,7 +10,7 @@
 
 namespace takt {
 
-// Unique on the whole network with all likelihood that one needs: 63 random bits, and never 0.
+// 63 random bits, never 0: so likely to be unique on the whole network that no check is needed.
 std::uint64_t new_client_id() {
   std::random_device random;
   return (std::uint64_t{random()} << 32 | random()) | 1;

@@ -12,12 +12,13 @@
 
 namespace takt {
 
-// It owned a callback, and what that captured.
+// The entity owned a callback and its captures, which are user code.
 Entity::~Entity() {
   detail::expect_no_lock("callback");
 }
 
-// The model is repeated: otherwise this file would call a function for each access.
+// The TLS model of the header must be repeated here, else each access in this file is a function
+// call.
 [[gnu::tls_model("initial-exec")]] thread_local constinit const Dispatch* Dispatch::current_ =
     nullptr;
 
@@ -73,8 +74,8 @@ bool Entity::is_free() const noexcept {
                                           [](const Sink* sink) { return sink->is_detached(); });
 }
 
-// Another thread may be removing it, with its node or group, or its callback may have done so and
-// still run: that has to end here too.
+// Another thread may be removing the entity with its node or group, or its callback may have
+// removed it and still run. Both must have ended when this returns.
 void Entity::leave_owner() noexcept {
   Sink* owner = nullptr;
   std::vector<Sink*> earlier;

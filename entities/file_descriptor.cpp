@@ -31,7 +31,7 @@ short checked(const std::string& name, Events events) {
                             (contains(events, Events::writable) ? POLLOUT : 0));
 }
 
-// Asks the kernel itself: which files it can wait for is decided by their drivers.
+// Asks the kernel: the driver of a file decides whether it can be waited for.
 int checked(const std::string& name, int fd) {
   int error = fcntl(fd, F_GETFD) < 0 ? errno : 0;
   if (error == 0) {
@@ -64,8 +64,9 @@ FileDescriptor::FileDescriptor(std::string name, std::shared_ptr<CallbackGroup> 
       callback_(std::move(callback)) {
 }
 
-// What the callback would get now. The end of a stream keeps the descriptor ready for ever,
-// readable (sockets) or writable (pipes): so it counts only when nothing is left to read, and once.
+// The events that the callback would get now. At the end of a stream the kernel reports the
+// descriptor readable (sockets) or writable (pipes) for ever: so the end counts only once, and only
+// when nothing is left to read.
 FileDescriptorEvents FileDescriptor::ready_events() const noexcept {
   if (is_closed_.load(std::memory_order_relaxed)) return Events::none;
   pollfd request{fd_, poll_events_, 0};
@@ -106,7 +107,7 @@ void FileDescriptor::announce(const Arrival& arrival) noexcept {
 }
 
 bool FileDescriptor::take(Slot& slot) noexcept {
-  // The thread that executes it now will check again.
+  // The thread that executes the callback now checks the descriptor again afterwards.
   if (is_reentrant_ && is_executing_.exchange(true)) return false;
   const Events events = ready_events();
   if (events == Events::none) {
@@ -116,7 +117,7 @@ bool FileDescriptor::take(Slot& slot) noexcept {
   }
   end_is_reported_.store(contains(events, Events::hang_up | Events::error));
   slot.events = static_cast<std::uint8_t>(events);
-  // What the callback leaves unread is ready since now at the latest.
+  // Data that the callback leaves unread counts as ready from now on.
   slot.ready_time = ready_time_.exchange(clock_.now());
   return true;
 }
@@ -131,7 +132,7 @@ void FileDescriptor::discard(Slot&) noexcept {
   look_again();
 }
 
-// The back end reports only new events. Only this entity knows what the callback has left unread.
+// The wait back end reports only new events: it does not know what the callback has left unread.
 void FileDescriptor::look_again() noexcept {
   if (is_reentrant_) is_executing_.store(false);
   if (!is_attached()) return;  // the callback has dropped the entity, and may have closed its file

@@ -3,7 +3,7 @@
 
 namespace takt {
 
-// The message stays as it has come.
+// The message is not decoded.
 bool GenericSubscription::take(Slot& slot) noexcept {
   slot.message = IntraProcessReader::take(slot.more);
   if (slot.message == nullptr) return false;
@@ -17,7 +17,7 @@ void GenericSubscription::execute(Slot& slot) {
   if (slot.message->payload() == nullptr) {
     return callback_(slot.message->encoded(), info);
   }
-  // Taken for as long as the callback runs, as it may spin an executor with others of our kind.
+  // The callback takes the buffer: it may spin an executor that runs another generic subscription.
   static thread_local ByteBuffer spare;
   struct Taken {
     ByteBuffer bytes = std::exchange(spare, {});

@@ -8,7 +8,7 @@ namespace takt {
 
 namespace {
 
-// How many messages are not in transit, because the writer keeps them for late joiners.
+// How many messages are stored for late joiners, and so are not in transit.
 std::size_t kept(const QoS& qos) noexcept {
   return qos.durability == Durability::transient_local ? qos.depth : 0;
 }

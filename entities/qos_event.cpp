@@ -28,7 +28,7 @@ void DeadlineEvent::look() {
   if (status.total_count_change != 0) callback_(status);
 }
 
-// Its period counts only from the last release that it has set itself.
+// The period does not matter: look() sets each release.
 LivelinessEvent::LivelinessEvent(std::string name, std::shared_ptr<CallbackGroup> group,
                                  Clock& clock, std::shared_ptr<EndpointEvents> events,
                                  Callback callback)
@@ -62,7 +62,7 @@ void LivelinessEvent::look() {
     const TimePoint next = events_->look_for_leases(clock().now());
     reported_ = status = events_->status(reported_);
     release_at(next);
-    if (has_happened_.load()) release_at(clock().now());  // it came between
+    if (has_happened_.load()) release_at(clock().now());  // an event came during the look
   }
   if (status.alive_count_change != 0 || status.not_alive_count_change != 0) callback_(status);
 }

@@ -60,7 +60,7 @@ bool is_sound(const T& message) {
                                   message.data.back() == (message.value & 0xff));
 }
 
-/// A publisher or a subscription.
+/// A publisher or subscription that a command has made.
 class End {
  public:
   virtual ~End() = default;
@@ -192,7 +192,7 @@ std::unique_ptr<End> make_end(bool is_publisher, Node& node, const std::string& 
   return std::make_unique<Receiver<T>>(node, topic, depth, arrivals);
 }
 
-/// Of which these words are type, topic and depth.
+/// `words`: type, topic and depth.
 std::unique_ptr<End> make_end(bool is_publisher, Node& node, std::istream& words,
                               std::string& topic, std::counting_semaphore<>& arrivals) {
   std::string type;
@@ -214,7 +214,7 @@ std::string state_of(const Participant& participant, const std::string& topic) {
   return answer;
 }
 
-// Destroyed after what was made in main, as a program may keep its nodes.
+// Destroyed after the objects of main, as a program may keep its nodes in static storage.
 std::shared_ptr<Node> static_node;
 std::map<std::string, std::unique_ptr<End>> static_ends;
 

@@ -46,7 +46,8 @@ int run() {
     wait_for([&] { return publisher.isOffered(); });
     data->m_chunkSenderData.lock();
     std::cout << "ok" << std::endl;
-    // To join this to the publisher, RouDi needs its lock; so it does not even answer this.
+    // RouDi needs its lock to join this subscriber to the publisher: so it does not answer this
+    // call either.
     iox::popo::SubscriberPortUser subscriber(
         runtime.getMiddlewareSubscriber(service(domain, topic)));
     subscriber.subscribe();

@@ -11,7 +11,7 @@
 namespace takt {
 namespace {
 
-/// All that live, so that a publisher that goes finds what it has left.
+/// All live StagedOutputs: a publisher that is destroyed removes its messages from them.
 struct AllOutputs {
   RankedMutex<LockRank::all_outputs> mutex;
   std::vector<StagedOutputs*> all;
@@ -54,7 +54,7 @@ void StagedOutputs::add(IntraProcessWriter& writer, RemoteWriter* remote,
   message.release();
 }
 
-// With the mutex held, so that no publisher goes meanwhile.
+// With the mutex held, so that no publisher is destroyed meanwhile.
 void StagedOutputs::publish() noexcept {
   ReleasedMessages released;
   const std::lock_guard lock(mutex_);

@@ -50,7 +50,7 @@ void SubscriptionBase::detach() noexcept {
 void SubscriptionBase::retire() noexcept {
   leave();
   Entity::retire();
-  // After the callback, which asks it for the clients in other processes when it answers.
+  // Only now, as the callback of a service uses it to answer clients in other processes.
   if (own_remote_ == nullptr) return;
   remote_.store(nullptr);
   wait_for_readers();
@@ -69,7 +69,7 @@ void SubscriptionBase::announce_if_ready() noexcept {
   if (ready_count() == 0) return;
   const ReadSection section;
   Arrival arrival{};
-  if (!front(arrival)) arrival = {next_sequence(), {}};  // its publisher has not finished
+  if (!front(arrival)) arrival = {next_sequence(), {}};  // the publisher is still storing it
   announce(arrival);
 }
 
@@ -135,7 +135,7 @@ void SubscriptionBase::discard(Slot& slot) noexcept {
   slot.message->release();
 }
 
-// On the way of every message: one function, but for what comes from outside.
+// Every message passes here: one tracepoint for messages of this process, three for others.
 void SubscriptionBase::trace_take(const Tracepoints& points,
                                   const MessageBlock& message) const noexcept {
   if (message.origin.writer == 0) {

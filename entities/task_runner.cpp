@@ -31,7 +31,7 @@ FrameList& frames(std::size_t size) {
   return (*lists)[size];
 }
 
-// Which list a frame belongs to; kSizes: to none.
+// The free list for frames of this size; kSizes: none, the frame is too large.
 std::size_t size_of(std::size_t bytes) noexcept {
   const std::size_t units = (std::max<std::size_t>(bytes, 1) - 1) / kSmallest;
   return std::min<std::size_t>(std::bit_width(units), kSizes);
@@ -158,7 +158,7 @@ void TaskRunner::begin(Root root) {
   go_on(root.coroutine);
 }
 
-// Afterwards the coroutine may be anywhere: gone, or on another thread.
+// After resume(), the coroutine may be destroyed, or on another thread.
 void TaskRunner::go_on(std::coroutine_handle<> coroutine) {
   std::exception_ptr failure;
   {
@@ -177,14 +177,14 @@ void TaskRunner::leave() noexcept {
     const std::lock_guard lock(mutex_);
     if (--running_ != 0 || !is_retired_) return;
   }
-  // Nobody else comes to a task of a retired runner.
+  // No other thread uses the tasks of a retired runner.
   for (auto& task : tasks_) {
     if (task) std::exchange(task, nullptr).destroy();
   }
   keep(nullptr);
 }
 
-// What it lets go, which may be the last that holds this runner, goes after the lock.
+// The old pointer is destroyed after the unlock: it may be the last one to this runner.
 void TaskRunner::keep(std::shared_ptr<Entity> owner) noexcept {
   const std::lock_guard lock(mutex_);
   if (owner == nullptr || running_ != 0) kept_.swap(owner);
@@ -207,7 +207,7 @@ void TaskRunner::resume_later(Waiting& waiting) noexcept {
     ready_.push(waiting);
     ready_count_.fetch_add(1);
   }
-  announce(arrival);  // not of the waiting, which may be gone
+  announce(arrival);  // not waiting.arrival: `waiting` may be gone
 }
 
 void TaskRunner::resume_at(Waiting& waiting, TimePoint time) noexcept {
@@ -216,7 +216,7 @@ void TaskRunner::resume_at(Waiting& waiting, TimePoint time) noexcept {
   set_alarm_clock();
 }
 
-// With the mutex held, so that of two threads that do this the later one knows all.
+// With the mutex held: of two threads that do this, the later one sees all sleepers.
 void TaskRunner::set_alarm_clock() noexcept {
   TimePoint first = kNever;
   for (const Sleeper& sleeper : sleepers_) first = std::min(first, sleeper.until);
@@ -272,7 +272,7 @@ bool TaskRunner::take(Slot& slot) noexcept {
   slot.ready_time = waiting->arrival.ready_time;
   slot.chain_instance = waiting->chain_instance;
   slot.root_release = waiting->root_release;
-  slot.path = retract_path(waiting->path, mark());  // it is still the callback that has begun it
+  slot.path = retract_path(waiting->path, mark());  // still counts as the callback that began it
   return true;
 }
 
@@ -280,7 +280,7 @@ void TaskRunner::execute(Slot& slot) {
   go_on(slot.waiting->coroutine);
 }
 
-// It goes on when somebody asks again.
+// The coroutine is ready again.
 void TaskRunner::discard(Slot& slot) noexcept {
   const std::lock_guard lock(mutex_);
   ready_.push(*slot.waiting);

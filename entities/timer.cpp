@@ -57,7 +57,8 @@ void Timer::reset() noexcept {
   notify_release_changed();
 }
 
-// A release that is given meanwhile stays: release_at says so before it changes what was read here.
+// release_at may set a release meanwhile, which must stay: it sets is_given_ before it changes
+// next_release_.
 void Timer::begin_phase() noexcept {
   const TimePoint first = later(clock_.now(), period_);
   TimePoint release = next_release_.load();
@@ -84,7 +85,7 @@ bool Timer::take(Slot& slot) noexcept {
   const TimePoint now = clock_.now();
   TimePoint due = next_release_.load();
   for (;;) {
-    if (due > now) return false;  // cancelled or reset since it was released
+    if (due > now) return false;  // cancelled or reset since it became ready
     const auto most_behind = most_releases_.load(std::memory_order_relaxed) - 1;
     const auto missed = std::max<Nanoseconds::rep>((now - due) / period_ - most_behind, 0);
     if (next_release_.compare_exchange_weak(due, later(due + missed * period_, period_))) {

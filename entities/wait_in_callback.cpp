@@ -37,8 +37,8 @@ bool WaitInCallback::closes_cycle(const Inside& own, const Awaited& until) noexc
   return own.has(until) || others_wait_for(own, until);
 }
 
-// The known waits form no cycle, but for a thread that is in what it waits for itself: so this
-// ends.
+// The recursion ends: known waits form no cycle, except for a thread that waits for what it runs
+// itself.
 bool WaitInCallback::others_wait_for(const Inside& own, const Awaited& until) noexcept {
   for (const WaitInCallback* wait = first_; wait != nullptr; wait = wait->next_) {
     if (wait->inside_.has(until) && wait->until_ != until && closes_cycle(own, wait->until_)) {
@@ -54,7 +54,7 @@ WaitInCallback::WaitInCallback(const Awaited& until, Whose whose) noexcept
   is_for_itself_ = (whose == Whose::all && inside_.has(until_)) || others_wait_for(inside_, until_);
   if (is_for_itself_) return;
   next_ = std::exchange(first_, this);
-  notify_progress();  // for is_anyone_waiting_in
+  notify_progress();  // is_anyone_waiting_in may be true now
 }
 
 bool WaitInCallback::is_anyone_waiting_in(const void* running) noexcept {

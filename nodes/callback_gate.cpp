@@ -6,7 +6,7 @@ namespace takt {
 thread_local constinit int CallbackGate::held_ = 0;
 
 bool CallbackGate::reserve() noexcept {
-  if (!is_open()) return false;  // so that callers do not disturb the thread that waits
+  if (!is_open()) return false;  // so that callers do not delay the thread that closes
   if ((state_.fetch_add(kReserved) & kClosing) != 0) {
     leave(kReserved);
     return false;
@@ -34,11 +34,11 @@ void CallbackGate::leave(std::uint32_t counted) noexcept {
 void CallbackGate::close() noexcept {
   using Wait = detail::WaitInCallback;
   const std::uint32_t own = detail::Running::depth_of(this);
-  closings_.fetch_add(1, std::memory_order_relaxed);  // for publishers, which see it with kClosed
+  closings_.fetch_add(1, std::memory_order_relaxed);  // publishers read it together with kClosed
   state_.fetch_or(kClosing);
   const Wait wait(this, Wait::Whose::of_others);
-  // Outside logical execution time no user's code runs between reserving and passing, so a thread
-  // that comes here with a reservation has taken a period's inputs.
+  // Outside logical execution time, no user code runs between reserving and passing. So a thread
+  // that closes while it holds a reservation has taken the inputs of a period.
   const auto waits_for = [&](std::uint32_t state) {
     if (wait.is_for_itself()) return false;
     return running(state) != own ||

@@ -16,22 +16,22 @@ namespace {
 constexpr std::uint64_t kJoined = std::uint64_t{1} << 63;
 constexpr std::uint64_t kBeingWritten = UINT64_MAX;
 
-/// What a joined number stands for. A reader knows that nobody has written meanwhile when `number`
-/// is the same before and after.
+/// The instances that a joined number stands for. A reader compares `number` before and after: if
+/// it is the same, no other thread has written meanwhile.
 struct Joined {
   struct Instance {
     std::atomic<std::uint64_t> path{0};
     std::atomic<TimePoint> root_release{};
   };
   std::atomic<std::uint64_t> number{0};
-  std::atomic<std::uint64_t> path{0};    // of the callback that has joined them
-  std::atomic<std::uint64_t> before{0};  // the number that its instance had
+  std::atomic<std::uint64_t> path{0};    // of the callback that joined them
+  std::atomic<std::uint64_t> before{0};  // the number of its instance before the join
   std::atomic<std::size_t> count{0};
   std::array<Instance, JoiningInstances::kMost> instances;
 };
 using Table = std::array<Joined, ChainJoin::kMostJoined>;
 
-// Made with the first join, for most programs have none.
+// Made for the first join, as most programs have none.
 std::atomic<Table*> table_of_process{nullptr};
 
 void make_table() {
@@ -43,15 +43,15 @@ Joined& place(std::uint64_t number) noexcept {
   return (*table_of_process.load())[number % ChainJoin::kMostJoined];
 }
 
-/// The factor that so many callbacks apply to a path.
+/// The factor by which this number of callbacks changes a path.
 std::uint64_t factor(std::uint64_t callbacks) noexcept {
   std::uint64_t result = 1;
   while (callbacks-- != 0) result *= kPathFactor;
   return result;
 }
 
-/// Calls use(instance) for all that go on with the dispatch, their paths as of now. False: it is
-/// not known any more.
+/// Calls use(instance) for all joined instances that continue with the dispatch, with their present
+/// paths. False: the table has forgotten the number.
 template <class Use>
 bool for_each_joined(const Dispatch& dispatch, const Use& use) noexcept {
   if (!is_joined(dispatch.chain_instance)) return true;
@@ -63,7 +63,7 @@ bool for_each_joined(const Dispatch& dispatch, const Use& use) noexcept {
     found.add({joined.instances[i].path.load(), joined.instances[i].root_release.load()});
   }
   if (joined.number.load() != dispatch.chain_instance) return false;
-  // All have come through the same callbacks since.
+  // All instances have passed the same callbacks since the join.
   const std::uint64_t since = factor((dispatch.path - path) & 0xff);
   for (const JoiningInstances::Instance& instance : found) {
     use(JoiningInstances::Instance{dispatch.path + (instance.path - path) * since,
@@ -72,7 +72,7 @@ bool for_each_joined(const Dispatch& dispatch, const Use& use) noexcept {
   return true;
 }
 
-/// A number for the dispatch and these; 0 when another thread is at the place.
+/// A number for the dispatch and these instances; 0 when another thread writes to the place.
 std::uint64_t join(const Dispatch& dispatch, const JoiningInstances& others) noexcept {
   static constinit std::atomic<std::uint64_t> last{0};
   const std::uint64_t number = kJoined | (last.fetch_add(1) + 1);
@@ -134,12 +134,12 @@ void ChainJoin::combine() noexcept {
   const Dispatch* dispatch = Dispatch::current();
   if (dispatch != nullptr) {
     left_out_ += all.add_all_of(*dispatch);
-    all.remove(dispatch->path);  // the envelope says it
+    all.remove(dispatch->path);  // the message's envelope has this one
   }
   for (JoiningInstances& input : inputs_) {
     for (const JoiningInstances::Instance& instance : input) {
       if (dispatch == nullptr || instance.path == dispatch->path) continue;
-      all.remove(instance.path);  // of one path, only once
+      all.remove(instance.path);  // each path only once
       if (!all.add(instance)) ++left_out_;
     }
     input.clear();

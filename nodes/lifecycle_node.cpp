@@ -85,7 +85,8 @@ TransitionResult LifecycleNode::request(Request which, const std::string& name) 
 void LifecycleNode::bring_down() {
   bool has_failed = false, is_over = false;
   while (!is_over) {
-    // Waits for a transition. The thread that unloads waits for this one with a limit.
+    // Waits for a transition. The thread that unloads the node limits how long it waits for this
+    // one.
     is_changing_.wait(true);
     const LifecycleState state = get_current_state();
     if (state == LifecycleState::finalized) return;
@@ -122,7 +123,7 @@ void LifecycleNode::step(const LifecycleTransition& transition) {
     points->rcl_lifecycle_transition(this, label(transition.start).data(),
                                      label(transition.goal).data());
   }
-  // A listener that is notified that the node is active may rely on it.
+  // Before the listener is called: it may rely on an active node.
   if (transition.goal == LifecycleState::active) start_managed();
   std::unique_lock lock(listener_mutex_);
   const auto listener = listener_;
@@ -143,7 +144,7 @@ CallbackReturn LifecycleNode::call(LifecycleState during, LifecycleState previou
   try {
     const CallbackReturn returned = call_unguarded(during, previous);
     if (returned != CallbackReturn::SUCCESS && returned != CallbackReturn::FAILURE) {
-      return CallbackReturn::ERROR;  // also any other number
+      return CallbackReturn::ERROR;  // includes numbers that are not in the enumeration
     }
     return returned;
   } catch (const std::exception& exception) {
@@ -210,7 +211,7 @@ std::vector<std::shared_ptr<Managed>> LifecycleNode::managed() const {
 void LifecycleNode::start_managed() {
   for (const auto& entity : managed()) entity->opens();
   gate_->open();
-  // Asked for again: an executor that attached an entity of late saw the gate closed.
+  // Calls managed() again: an entity that an executor has attached since then saw the gate closed.
   for (const auto& entity : managed()) entity->has_opened();
 }
 

@@ -20,7 +20,7 @@ namespace takt {
 NodeOptions::~NodeOptions() = default;
 namespace {
 
-// ROS 2's rule for one part of a name.
+// ROS 2's rule for a token of a name.
 bool is_name(std::string_view name) {
   return !name.empty() && std::isdigit(static_cast<unsigned char>(name[0])) == 0 &&
          std::all_of(name.begin(), name.end(), [](unsigned char character) {
@@ -49,14 +49,14 @@ std::string absolute_name_space(std::string_view name_space) {
   return result;
 }
 
-// The nodes of this process by name, and by the participant through which others see them.
+// The names of the nodes of this process, by the participant that announces them.
 class NodeNames {
  public:
   static NodeNames& instance() {
     static detail::NeverDestroyed<NodeNames> names;
     return *names;
   }
-  /// False: there is one already.
+  /// False: another node has this name already.
   bool add(const Participant* participant, const std::string& name) {
     const std::lock_guard lock(mutex_);
     return ++counts_[{participant, name}] == 1;
@@ -176,7 +176,7 @@ std::shared_ptr<Entity> Node::adopt_entity(std::shared_ptr<Entity> entity) {
     retiring.retired(std::move(entity));
   });
   trace_made(*entity, this, fully_qualified_name_);  // before it runs
-  add(entity);  // when an executor refuses it, it leaves those that have taken it
+  add(entity);  // if one executor refuses, ~handle removes it from the others
   return handle;
 }
 
@@ -204,7 +204,7 @@ void Node::add(const std::shared_ptr<Entity>& entity) {
     throw Error(fmt::format("'{}' of node '{}' was given a callback group of another node",
                             entity->name(), name_));
   }
-  std::vector<std::shared_ptr<Entity>> others;  // the last of one goes without the mutex
+  std::vector<std::shared_ptr<Entity>> others;  // the last pointer is dropped after the unlock
   {
     const std::lock_guard lock(state_->mutex);
     std::erase_if(state_->entities, [](const auto& old) { return old.expired(); });
@@ -261,7 +261,7 @@ std::shared_ptr<TaskRunner> Node::create_task_runner(const std::string& callback
 }
 
 std::shared_ptr<TaskRunner> Node::adopt_task_runner(std::shared_ptr<TaskRunner> runner) {
-  // "tick/resumed" has "tick/resumed/alarm": names that users cannot give.
+  // The alarm is called "tick/resumed/alarm": users cannot give such a name.
   auto alarm =
       std::make_shared<Timer>(runner->name() + "/alarm", runner->group(), runner->clock(),
                               std::chrono::hours(1), [to = runner.get()] { to->wake_sleepers(); });
@@ -293,7 +293,7 @@ std::string Node::resolve(std::string_view topic) {
     return name.starts_with('/') ? std::string(name) : name_space_ + "/" + std::string(name);
   };
   std::string result = absolute(topic);
-  // As in ROS 2, both sides are compared with all their namespaces.
+  // As in ROS 2, fully qualified names are compared.
   const auto rule = std::find_if(options_.remap.begin(), options_.remap.end(),
                                  [&](const auto& one) { return absolute(one.first) == result; });
   if (rule != options_.remap.end()) {
@@ -362,7 +362,7 @@ void Node::remember_output(const std::string& topic, const PublishingCallbacks& 
   const auto [output, is_new] = state_->outputs.try_emplace(topic, callbacks);
   PublishingCallbacks& known = output->second;
   if (is_new) return;
-  const auto add = [](auto& to, const auto& from) {  // a node may make a publisher again and again
+  const auto add = [](auto& to, const auto& from) {  // a node may make the same publisher again
     for (const auto& each : from) {
       if (std::find(to.begin(), to.end(), each) == to.end()) to.push_back(each);
     }
@@ -372,7 +372,8 @@ void Node::remember_output(const std::string& topic, const PublishingCallbacks& 
     known.names.clear();
     known.joins = false;
   } else {
-    // Two joins of other callbacks are not one of all of them, which sends less.
+    // Two publishers that join different callbacks are not one join of all these, which publishes
+    // less often.
     known.joins = known.joins && callbacks.joins && known.names == callbacks.names;
     add(known.names, callbacks.names);
   }
@@ -432,7 +433,7 @@ void Node::add_listener(NodeListener& listener) {
   listeners.emplace_back(&listener, state_->listener_calls.add(get));
 }
 
-// It stays known until no call runs, so that every thread that removes it waits for that.
+// The entry stays until no call runs, so that every thread that removes the listener waits.
 void Node::remove_listener(NodeListener& listener) noexcept {
   std::unique_lock lock(state_->mutex);
   auto known = state_->listeners;

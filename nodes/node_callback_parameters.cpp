@@ -11,15 +11,15 @@
 namespace takt {
 namespace {
 
-// What each of the objects that are named will have.
+// The parameters that each named object will have after the changes.
 template <class Object>
 std::map<Object*, CallbackParameters> after(
     const std::map<std::string, CallbackParameters, std::less<>>& changes,
     const std::vector<std::shared_ptr<Object>>& objects, std::string_view what, const Node& node) {
   std::map<Object*, CallbackParameters> result;
-  for (const auto& change : changes) {  // clang 14 captures no structured bindings
+  for (const auto& change : changes) {  // clang 14 cannot capture structured bindings
     const std::string& name = change.first;
-    // Of two of one name, the older one is about to go.
+    // Of two objects with one name, the older one is about to be dropped.
     const auto object = std::find_if(objects.rbegin(), objects.rend(), [&](const auto& candidate) {
       return candidate->name() == name;
     });
@@ -36,7 +36,7 @@ std::map<Object*, CallbackParameters> after(
 
 }  // namespace
 
-// With the mutex held: what each object will have, if all of it can be.
+// With the mutex held: the new parameters of each object; throws if one of them is invalid.
 Node::ChangedParameters Node::checked(const CallbackParameterChanges& changes,
                                       const std::vector<std::shared_ptr<CallbackGroup>>& groups,
                                       const std::vector<std::shared_ptr<Entity>>& entities) const {
@@ -87,7 +87,7 @@ void Node::set_callback_parameters(const CallbackParameterChanges& changes) {
   }
   try {
     notify_listeners();
-  } catch (...) {  // a user's scheduler does not take them
+  } catch (...) {  // a user's scheduler refuses them
     {
       const std::lock_guard lock(state_->mutex);
       exchange(ChangedParameters(before));

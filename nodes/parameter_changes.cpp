@@ -14,20 +14,20 @@
 namespace takt {
 namespace {
 
-// How often callbacks check values again that other threads' changes have overtaken.
+// Another thread may change values while callbacks check theirs: then these are checked again.
 // Limit: attempts to set parameters while other threads set some. At it: the change is refused.
 // Seen: the result of the call.
 constexpr int kMostAttempts = 10;
-// Changes that wait for the callbacks of an earlier one; the next one is refused.
+// Changes that are stored, and wait for the post-set callbacks of an earlier change.
 // Limit: changes of parameters that wait for post-set callbacks. At it: the next change is refused.
 // Seen: the error.
 constexpr std::size_t kMostFinished = 1000;
 
 }  // namespace
 
-// Why this thread changes something: the stores whose callbacks have led to it. They need not be on
-// its stack, as a change that waits may be reported by another thread. A change that a callback of
-// the same store has led to would lead to itself again.
+// The stores whose callbacks have led this thread to its change. They need not be on its stack, as
+// another thread may report a change that waits. A callback must not change its own store: the
+// change would call the callback again, without end.
 class ParameterStore::Cause {
  public:
   Cause(const ParameterStore& store, std::string_view what)
@@ -94,7 +94,7 @@ std::optional<ParameterValue> ParameterStore::try_to_declare(std::string_view na
   if (const auto given = given_.find(name); given != given_.end()) {
     value = accepted(name, given->second, {value, wanted.descriptor, wanted.limits});
   }
-  // As in rclcpp, what has no value is declared without callbacks.
+  // As in rclcpp, a parameter without a value is declared without calling callbacks.
   const bool is_set = !std::holds_alternative<std::monostate>(value);
   Parameters values;
   if (is_set) values.try_emplace(std::string(name), value);
@@ -151,11 +151,11 @@ std::optional<SetParametersResult> ParameterStore::try_to_set(Parameters values)
   try {
     check_backlog();
     changes = checked(values);
-    if (check_) check_(changes.changed);  // what the node has declared itself
+    if (check_) check_(changes.changed);  // the node's own check
   } catch (const Error& error) {
     return SetParametersResult{false, error.what()};
   }
-  // Callbacks get values as they are stored, and those that are not set of what is undeclared.
+  // Callbacks get the values as they are stored; an undeclared parameter's value is not set.
   for (const auto& [name, value] : changes.changed) values[name] = value;
   if (SetParametersResult result = ask_callbacks(lock, values); !result.successful) return result;
   if (version_ != version) return std::nullopt;
@@ -178,7 +178,7 @@ void ParameterStore::check_backlog() const {
               "try it again, and let post-set callbacks return sooner");
 }
 
-// What is replaced and deleted is freed after the inner lock, for which readers wait.
+// Replaced and deleted values are freed after the inner unlock, for which readers wait.
 void ParameterStore::apply(ParameterChanges changes) {
   ++version_;
   std::vector<decltype(declared_)::node_type> deleted;
@@ -192,13 +192,13 @@ void ParameterStore::apply(ParameterChanges changes) {
   for (const std::string& name : changes.deleted) deleted.push_back(declared_.extract(name));
 }
 
-// To the listener at once, so that it gets what a callback throws at, and waits for none.
+// The listener is called at once: it waits for no callback, and misses no change when one throws.
 void ParameterStore::report(const ParameterChanges& changes, Parameters values) {
   if (listener_) listener_(changes);
   if (!values.empty()) finished_.push_back({std::move(values), Cause::current()});
 }
 
-// A callback that throws keeps no other from its call. The first exception is thrown in the end.
+// All callbacks are called even if one throws; the first exception is thrown at the end.
 void ParameterStore::call_post_set() {
   std::exception_ptr exception;
   const auto call = [&](const auto& callback, const Parameters& values) {
@@ -244,7 +244,7 @@ void ParameterStore::set_listener(ParametersListener listener) {
 
 template <class List, class Use>
 void ParameterStore::each(Lock& lock, List& callbacks, Use&& use) {
-  if (callbacks.empty()) return;  // nobody else can come in between
+  if (callbacks.empty()) return;  // without callbacks, the lock is kept
   lock.unlock();
   callbacks.each(List::Order::last_added, std::forward<Use>(use));
   lock.lock();

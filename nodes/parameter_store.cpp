@@ -39,7 +39,7 @@ bool is_in(const IntegerRange& range, std::int64_t value) {
 
 bool is_in(const FloatingPointRange& range, double value) {
   if (are_equal(value, range.from_value) || are_equal(value, range.to_value)) return true;
-  if (!(value >= range.from_value && value <= range.to_value)) return false;  // or it is no number
+  if (!(value >= range.from_value && value <= range.to_value)) return false;  // or NaN
   if (range.step == 0) return true;
   const double steps = std::round((value - range.from_value) / range.step);
   return are_equal(value, range.from_value + steps * range.step);
@@ -56,8 +56,8 @@ bool is_empty_list(const ParameterValue& value) {
   return std::visit(is_empty, value);
 }
 
-// One rule: integers stand for floating-point numbers, in lists also for bytes if they are such,
-// and an empty list stands for one of any type.
+// The only conversions: an integer becomes a floating-point number; a list of integers, a list of
+// these or of bytes if all fit; an empty list, a list of any type.
 ParameterValue converted(const ParameterValue& value, const ParameterValue& other) {
   if (const auto* integer = std::get_if<std::int64_t>(&value)) {
     if (std::holds_alternative<double>(other)) return static_cast<double>(*integer);
@@ -97,7 +97,7 @@ ParameterStore::ParameterStore(std::string node, Parameters given, const Rules& 
   for (const auto& [name, value] : given_) unused_.insert(name);
 }
 
-// What setting these values will change; an Error when one cannot be set.
+// The changes that these values make; throws Error when one cannot be set.
 ParameterChanges ParameterStore::checked(const Parameters& values) const {
   ParameterChanges changes;
   const std::lock_guard lock(mutex_);
@@ -120,7 +120,7 @@ ParameterChanges ParameterStore::checked(const Parameters& values) const {
   return changes;
 }
 
-// A fixed type needs a value; a range must be one, and of the parameter's type.
+// A fixed type needs a value; a range must be valid, and of the parameter's type.
 void ParameterStore::check_descriptor(std::string_view name, const Declared& declared) const {
   const auto& [value, descriptor, limits] = declared;
   if (!descriptor.dynamic_typing && std::holds_alternative<std::monostate>(value)) {
@@ -156,7 +156,7 @@ void ParameterStore::check_undeclaring(std::string_view name, const Declared& de
   }
 }
 
-// The value as the parameter takes it; an Error when it does not.
+// The value converted to the parameter's type; throws Error when it is not accepted.
 ParameterValue ParameterStore::accepted(std::string_view name, const ParameterValue& given,
                                         const Declared& declared) const {
   const auto& descriptor = declared.descriptor;
@@ -246,8 +246,8 @@ const ParameterStore::Declared& ParameterStore::find(std::string_view name) cons
   throw Error(fmt::format("node '{}' has no parameter '{}'", node_, name), suggest(name, names));
 }
 
-// ROS 2's rules: a prefix is a parameter's name, or what stands before a dot of it; the depth
-// counts parts after the prefix.
+// As in ROS 2: a prefix is the name of a parameter, or the part of it before a dot; `depth` counts
+// the parts after the prefix.
 ListParametersResult ParameterStore::list(const std::vector<std::string>& prefixes,
                                           std::uint64_t depth) const {
   const auto is_within_depth = [&](std::string_view name) {

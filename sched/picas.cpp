@@ -50,7 +50,7 @@ Assignment assign(const std::vector<Callback>& callbacks, const std::vector<Chai
     if (executor != kNone) result.executors[executor].utilisation += callback.utilisation;
   }
 
-  // Rule V. Where nothing is known of utilisation, executors are counted.
+  // Rule V. If utilisations are not known, the number of executors decides.
   std::vector<std::pair<double, std::size_t>> used(cpus.size());
   for (Assignment::Executor& executor : result.executors) {
     const auto least = std::min_element(used.begin(), used.end());

@@ -30,7 +30,7 @@ std::vector<std::size_t> ranks_of(std::span<const CallbackInfo> infos, const std
     asked->pop();
     return result;
   };
-  // Whichever has arrived first.
+  // a comes before b in both orders of arrival.
   const auto is_before = [&](std::size_t a, std::size_t b) {
     return is_first(a, b) && !is_first(b, a);
   };
@@ -52,7 +52,7 @@ bool heeds_demotion(const std::string& scheduler, const OwnValues& own) {
                       .chain_deadline = Nanoseconds(1)};
   CallbackInfo last = demoted(urgent);
   last.id = 1;
-  // An order by registration would be right by chance in one of the two.
+  // Tried with both orders of registration: a scheduler by registration would pass one by chance.
   const auto comes_last = [&] {
     const auto ranks = ranks_of(std::array{urgent, last}, scheduler, own);
     return ranks[0] < ranks[1];

@@ -19,7 +19,7 @@ namespace {
 
 using Random = std::minstd_rand;
 
-/// One scheduler with its callbacks. What it must have at any moment is known here.
+/// A scheduler under trial, with its callbacks; knows which ones the scheduler must hold.
 class Trial {
  public:
   Trial(std::string_view name, Scheduler& scheduler, std::vector<CallbackInfo> infos)
@@ -64,7 +64,7 @@ class Trial {
 
   void push(std::size_t i) {
     ReadyCallback& record = records_[i];
-    if (record.sequence == 0 || random_() % 4 != 0) {  // else a group hands back what it has parked
+    if (record.sequence == 0 || random_() % 4 != 0) {  // else it was parked, with old values
       record.sequence = ++sequence_;
       record.window = sequence_ / 10;
       record.ready_time = TimePoint(Nanoseconds(sequence_));
@@ -95,7 +95,7 @@ class Trial {
     }
     is_waiting_[i] = false;
     --waiting_;
-    if (random_() % 4 != 0) execute(*record);  // else it is parked, or was removed
+    if (random_() % 4 != 0) execute(*record);  // else it is parked, or removed
   }
 
   void pop_all() {
@@ -103,7 +103,7 @@ class Trial {
     pop();
   }
 
-  // Executions end in any order, and the callback may wait again before.
+  // Executions end in any order, and a callback may be pushed again before its execution ends.
   void execute(const ReadyCallback& as_picked) {
     executing_.push_back(as_picked);
     if (executing_.size() < kWorkers) return;
@@ -127,7 +127,7 @@ class Trial {
   Random random_{17};
 };
 
-/// Those of an executor, or of one of its groups, whose parking place needs no other.
+/// Callbacks of an executor; with one group, those that the parking place of the group holds.
 std::vector<CallbackInfo> callbacks(std::size_t count, CallbackId id_step, GroupId groups) {
   Random random{17};
   std::vector<CallbackInfo> infos(count);
@@ -157,7 +157,7 @@ void try_scheduler(const std::string& name,
     std::unique_ptr<Scheduler> scheduler;
     try {
       scheduler = make();
-    } catch (const Error&) {  // it refuses the value of one of its keys
+    } catch (const Error&) {  // a value of one of its keys is invalid
       throw;
     } catch (const std::exception& error) {
       throw Error(fmt::format("scheduler '{}' throws in its constructor: {}", name, error.what()),

@@ -166,7 +166,7 @@ class Topics {
     wait_for_readers();
   }
 
-  /// As replace; `late` gets what the writer has kept, before anything that is sent from then on.
+  /// As replace, but first gives `late` the messages that the writer keeps for late joiners.
   static void hand_over(IntraProcessWriter& writer, IntraProcessWriter::Table table,
                         IntraProcessReader& late, ReleasedMessages& released) {
     std::unique_ptr<const IntraProcessWriter::Table> old(
@@ -179,12 +179,11 @@ class Topics {
     wait_for_readers();
   }
 
-  // No more than fit, so that none of these is dropped.
+  // Only as many as fit, so that the reader drops none of these.
   static void hand_over(const IntraProcessWriter::History& history, IntraProcessReader& late,
                         ReleasedMessages& released) {
     const ReadSection section;
-    const std::size_t depth =
-        history.messages.size();  // or fewer, of which the first is the oldest
+    const std::size_t depth = history.messages.size();  // or fewer, with the oldest first
     const std::size_t count = std::min(depth, late.endpoint().qos.depth);
     for (std::size_t i = depth - count; i < depth; ++i) {
       MessageBlock* message = history.messages[(history.next + i) % depth];
@@ -221,7 +220,7 @@ IntraProcessReader::~IntraProcessReader() {
 void IntraProcessReader::select(MessageBlock& message, const Arrival& arrival,
                                 ReleasedMessages& released) noexcept {
   const bool is_for_us = address_ == 0 || message.address().value_or(address_) ==
-                                              address_;  // else the decoder refuses
+                                              address_;  // the decoder refuses others
   if (!is_for_us) return released.release(message);
   if (filter_ != nullptr) return filter_->deliver(*this, message, arrival, released);
   deliver_now(message, arrival, released);
@@ -258,8 +257,8 @@ MessageBlock* IntraProcessReader::skip_expired(MessageBlock* message, bool& more
   return message;
 }
 
-// Not inline: it would cost callers that drop nothing their registers. True: nobody holds it any
-// more.
+// Not inline: otherwise callers that drop nothing would lose registers to it. True: nobody holds
+// the message any more.
 bool IntraProcessReader::drop(MessageBlock& message) noexcept {
   dropped_.fetch_add(1, std::memory_order_relaxed);  // a statistic, ordered by nothing
   const bool is_last = message.is_last_release();
@@ -336,7 +335,7 @@ void IntraProcessWriter::send_by_policies(MessageBlock& message, TimePoint publi
   message.envelope.sequence = next_sequence();  // there may be no reader yet
   message.envelope.ready_time = now;
   if (auto& kept_before = history_->messages; kept_before.size() < endpoint_.qos.depth) {
-    kept_before.push_back(&message);  // has its memory
+    kept_before.push_back(&message);  // the memory is reserved
   } else {
     released.release(*std::exchange(kept_before[history_->next], &message));
     history_->next = (history_->next + 1) % kept_before.size();
@@ -368,11 +367,11 @@ void IntraProcessWriter::send_by_policies(MessageBlock& message, TimePoint publi
   message.envelope.sequence = arrival.sequence;
   message.envelope.ready_time = arrival.ready_time;
   message.set_references(kept + static_cast<std::uint32_t>(readers.size()));
-  // Each reader owns one reference; after the last delivery the message may be gone.
+  // Each reader owns one reference: after the last delivery, the message may be freed.
   for (IntraProcessReader* reader : readers) reader->deliver(message, arrival, released);
 }
 
-// The index is the message's address: while it is in the ring, none other there has that.
+// The address is a unique index while the message is in the ring.
 void IntraProcessWriter::trace_enqueue(const Tracepoints& points,
                                        const void* message) const noexcept {
   const ReadSection section;

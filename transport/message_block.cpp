@@ -41,7 +41,7 @@ PoolPtr<LoanedBlock> make_loans(std::size_t count, const MessageMaker& maker,
   return PoolPtr<LoanedBlock>(Pool<LoanedBlock>::create(count, make, count, maker.layout));
 }
 
-// As new would: so the pointer may delete it.
+// Allocated as by new, so that unique_ptr may delete it.
 std::unique_ptr<LoanedBlock> make_loan(const MessageMaker& maker, const void* prototype) {
   const std::align_val_t alignment{maker.layout.alignment};
   void* const place = ::operator new(maker.layout.bytes, alignment);

@@ -16,7 +16,8 @@ namespace {
 // Limit: the `depth` of a history. At it: a larger one is refused. Seen: the error.
 constexpr std::size_t kMaxDepth = KeepLastRing<void>::kMaxDepth;
 
-// rmw/qos_profiles.h of ROS 2; "system default" there leaves to DDS what is the default here.
+// From rmw/qos_profiles.h of ROS 2. "system_default" there leaves values to DDS; here it is the
+// default QoS.
 const std::array<std::pair<std::string_view, QoS>, 7>& profiles() {
   static const std::array<std::pair<std::string_view, QoS>, 7> all{{
       {"clock", QoS(1).best_effort()},

@@ -23,7 +23,7 @@ void PoolBase::sweep(PoolBase* closed) noexcept {
       return true;
     });
   }
-  for (PoolBase* pool : home) delete pool;  // after the lock: its objects may own other pools
+  for (PoolBase* pool : home) delete pool;  // after the unlock: its objects may own other pools
 }
 
 }  // namespace takt

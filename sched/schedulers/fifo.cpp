@@ -10,8 +10,8 @@
 namespace takt {
 namespace {
 
-// What is pushed in order of arrival, as nearly everything is, waits in a ring. The rest waits in a
-// heap: what a busy group gave back, and what another thread's message overtook.
+// A ring holds callbacks that are pushed in order of arrival, as nearly all are. A heap holds the
+// others: those that a busy group gave back, and those that a message of another thread overtook.
 class FifoScheduler final : public Scheduler {
  public:
   void configure(std::span<const CallbackInfo> callbacks) override {
@@ -40,9 +40,9 @@ class FifoScheduler final : public Scheduler {
   }
   ReadyCallback*& at(std::size_t position) noexcept { return ring_[position & (ring_.size() - 1)]; }
 
-  std::vector<ReadyCallback*> ring_;  // as large as it will ever be
-  std::uint64_t last_sequence_ = 0;   // of what was last put into it
-  std::size_t begin_ = 0, end_ = 0;   // of what is in it, modulo its size
+  std::vector<ReadyCallback*> ring_;  // sized in configure
+  std::uint64_t last_sequence_ = 0;   // of the last callback put into the ring
+  std::size_t begin_ = 0, end_ = 0;   // of the ring, modulo its size
   KeyedHeap<std::uint64_t> late_;     // by sequence
 };
 

@@ -13,7 +13,7 @@ namespace takt {
 
 CpuDmaLatency::CpuDmaLatency(int latency_us, Realtime realtime) {
   if (realtime == Realtime::off) return;
-  // The request holds as long as the file is open.
+  // The kernel holds the request as long as the file is open.
   file_ = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
   const std::int32_t value = latency_us;
   if (file_ >= 0 && write(file_, &value, sizeof value) == sizeof value) return;

@@ -36,7 +36,7 @@ std::string lock_memory(Realtime realtime) {
 }
 
 void prefault_stack(std::size_t bytes) noexcept {
-  // Volatile, as a compiler leaves out what it can see that nobody reads.
+  // volatile: otherwise the compiler removes the writes, as nothing reads them.
   volatile std::byte* const stack = static_cast<std::byte*>(alloca(bytes));
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
   for (std::size_t offset = 0; offset < bytes; offset += page) stack[offset] = std::byte{0};

@@ -12,7 +12,7 @@ RealtimeThread::RealtimeThread(const ThreadAttributes& attributes, Realtime real
   std::promise<ThreadState> in_force;
   std::future<ThreadState> state = in_force.get_future();
   thread_ = std::thread([&in_force, attributes, realtime, body = std::move(body)]() mutable {
-    // Moved here, because the constructor that owns it returns as soon as the value is set.
+    // Moved: the constructor that owns the promise returns as soon as the value is set.
     std::promise<ThreadState> promise = std::move(in_force);
     try {
       const ThreadState granted = apply(attributes, realtime);

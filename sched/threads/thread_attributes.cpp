@@ -40,7 +40,8 @@ constexpr std::array<PolicyName, 6> kPolicies{
      {ThreadPolicy::idle, SCHED_IDLE, "SCHED_IDLE"},
      {ThreadPolicy::deadline, SCHED_DEADLINE, "SCHED_DEADLINE"}}};
 
-/// The kernel's `struct sched_attr` in its first form. glibc has it, and calls for it, since 2.41.
+/// The kernel's `struct sched_attr`, first version. glibc has the type and its functions since
+/// 2.41.
 struct KernelAttributes {
   std::uint32_t size = sizeof(KernelAttributes);
   std::uint32_t policy = 0;
@@ -49,9 +50,10 @@ struct KernelAttributes {
   std::uint32_t priority = 0;
   std::uint64_t runtime = 0, deadline = 0, period = 0;
 };
-/// Without it a SCHED_DEADLINE thread cannot start threads: their reservation would be new.
+/// Without this flag, a SCHED_DEADLINE thread cannot start threads, as they would inherit its
+/// reservation.
 constexpr std::uint64_t kResetOnFork = 1;
-/// Less the kernel refuses.
+/// The kernel refuses a shorter runtime.
 constexpr Nanoseconds kLeastRuntime{1024};
 
 int number_of(ThreadPolicy policy) {
@@ -81,7 +83,7 @@ Nanoseconds deadline_of(const ThreadAttributes& attributes) {
   return attributes.deadline == Nanoseconds::zero() ? attributes.period : attributes.deadline;
 }
 
-// What is asked of the kernel besides name, nice value and CPUs.
+// The requested policy with its parameters, as text.
 std::string asked_text(const ThreadAttributes& asked) {
   if (asked.policy != ThreadPolicy::deadline) {
     return fmt::format("{} {}", to_string(asked.policy), asked.priority);
@@ -90,7 +92,7 @@ std::string asked_text(const ThreadAttributes& asked) {
                      milliseconds(asked.period));
 }
 
-// The error number, or 0.
+// Returns the error number, or 0.
 int set_policy(const ThreadAttributes& attributes) {
   const int policy = number_of(attributes.policy);
   if (attributes.policy == ThreadPolicy::deadline) {
@@ -107,7 +109,7 @@ int set_policy(const ThreadAttributes& attributes) {
   return sched_setscheduler(0, policy, &parameters) == 0 ? 0 : errno;
 }
 
-// The error number, or 0. Empty means all: not what the thread that made this one has.
+// Returns the error number, or 0. An empty list means all CPUs, not those of the creating thread.
 int set_affinity(const std::vector<int>& affinity) {
   if (affinity.empty()) {
     return affinity_of(0) == available_cpus() || use_available_cpus() ? 0 : errno;
@@ -118,7 +120,7 @@ int set_affinity(const std::vector<int>& affinity) {
   return sched_setaffinity(0, sizeof set, &set) == 0 ? 0 : errno;
 }
 
-// Takes a further limit, under `runtime` and `period`; -1: there is none.
+// Applies one more limit to the grant; a runtime of -1 is no limit.
 void limit(RealtimeGrant& grant, double runtime_us, double period_us) {
   if (runtime_us < 0 || period_us <= 0 || runtime_us >= period_us) return;
   const auto nanoseconds = [](double us) { return Nanoseconds(std::llround(1e3 * us)); };
@@ -129,7 +131,7 @@ void limit(RealtimeGrant& grant, double runtime_us, double period_us) {
            .period = period};
 }
 
-// Of the control group of this process, which has a share of its own under cgroup v1 only.
+// Applies the limit of this process's control group; only cgroup v1 has one.
 void limit_by_group(RealtimeGrant& grant) {
   std::ifstream groups("/proc/self/cgroup");
   for (std::string line; std::getline(groups, line);) {  // "4:cpu,cpuacct:/robot"
@@ -138,7 +140,7 @@ void limit_by_group(RealtimeGrant& grant) {
     const std::string controllers = line.substr(names, path - names) + ",";
     if (controllers.find(":cpu,") == line.npos && controllers.find(",cpu,") == line.npos) continue;
     const std::string own = line.substr(path + 1);
-    for (const std::string& group : {own, std::string("/")}) {  // in a container: its root
+    for (const std::string& group : {own, std::string("/")}) {  // then a container's root
       double runtime_us = -1, period_us = 1;
       std::ifstream(fmt::format("/sys/fs/cgroup/cpu{}/cpu.rt_runtime_us", group)) >> runtime_us;
       std::ifstream(fmt::format("/sys/fs/cgroup/cpu{}/cpu.rt_period_us", group)) >> period_us;
@@ -148,7 +150,7 @@ void limit_by_group(RealtimeGrant& grant) {
   }
 }
 
-// Of all real-time threads, without control groups.
+// The limit for all real-time threads of the machine, without control groups.
 RealtimeGrant grant_of_kernel() {
   double runtime_us = -1, period_us = 1;
   std::ifstream("/proc/sys/kernel/sched_rt_runtime_us") >> runtime_us;
@@ -158,7 +160,7 @@ RealtimeGrant grant_of_kernel() {
   return result;
 }
 
-// How many CPUs the kernel lets SCHED_DEADLINE reserve.
+// How many CPUs SCHED_DEADLINE threads may reserve in all.
 double cpus_to_reserve() {
   return static_cast<double>(available_cpus().size()) * grant_of_kernel().share();
 }
@@ -198,7 +200,7 @@ std::string why(int error_number) {
       errno_message(error_number), limit.rlim_cur);
 }
 
-/// Empty: nothing ends a process whose threads are real-time.
+/// Why the kernel would end a process with real-time threads; empty: it would not.
 std::string why_it_would_end(ThreadPolicy policy) {
   rlimit limit{};
   getrlimit(RLIMIT_RTTIME, &limit);
@@ -340,7 +342,8 @@ Nanoseconds turn_of_round_robin() {
   return std::chrono::milliseconds(length_ms);
 }
 
-// Each CPU has one, with 50 ms of each second unless somebody has changed that.
+// The kernel's fair server takes 50 ms of each second of each CPU from real-time threads, unless
+// configured otherwise.
 Nanoseconds fair_server() {
   utsname kernel{};
   uname(&kernel);
@@ -357,7 +360,7 @@ Nanoseconds fair_server() {
   return std::chrono::microseconds(std::llround(1e6 * share));
 }
 
-// The coarse clock goes on at each tick.
+// The resolution of the coarse clock is one tick.
 Nanoseconds scheduler_tick() {
   timespec tick{};
   clock_getres(CLOCK_MONOTONIC_COARSE, &tick);
@@ -389,7 +392,7 @@ ThreadState thread_state(int tid) {
     if (known.number == static_cast<int>(attributes.policy)) state.policy = known.policy;
   }
   state.priority = static_cast<int>(attributes.priority);
-  if (state.policy == ThreadPolicy::deadline) {  // for others, newer kernels report the time slice
+  if (state.policy == ThreadPolicy::deadline) {  // else it may hold the time slice
     state.runtime = Nanoseconds(attributes.runtime);
     state.deadline = Nanoseconds(attributes.deadline);
     state.period = Nanoseconds(attributes.period);

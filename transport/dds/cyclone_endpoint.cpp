@@ -39,13 +39,13 @@ CycloneEndpoint::~CycloneEndpoint() {
 
 void CycloneEndpoint::close() noexcept {
   participant_->remove(*this, endpoint_, handle_);
-  dds_set_listener(handle_, nullptr);  // waits for the one that runs
+  dds_set_listener(handle_, nullptr);  // waits for a running callback
 }
 
 void CycloneEndpoint::make(decltype(&dds_create_writer) create, std::size_t depth,
                            const Listener& listener) {
-  // A reader that ignores its own process gets no shared memory from Cyclone: there it ignores the
-  // process itself.
+  // With DDS ignore-local QoS, Cyclone gives a reader no shared memory: then the reader drops
+  // messages of its own process itself.
   const bool ignores_own_process = !is_shared() && !participant_->serves_own_process();
   const WireQoS qos = wire_qos(endpoint_.qos, depth);
   if (ignores_own_process) dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
@@ -67,7 +67,7 @@ void CycloneEndpoint::make(decltype(&dds_create_writer) create, std::size_t dept
   participant_->add(*this, endpoint_, handle_, is_writer_);
 }
 
-// None while it is being made, or deleted.
+// Empty while the endpoint is being made or deleted.
 std::vector<dds_instance_handle_t> CycloneEndpoint::matched_ends(
     dds_entity_t handle) const noexcept {
   std::vector<dds_instance_handle_t> others(16);
@@ -81,15 +81,15 @@ std::vector<dds_instance_handle_t> CycloneEndpoint::matched_ends(
   }
 }
 
-// On a thread of Cyclone's, or on that which makes an end.
+// Runs on a thread of Cyclone, or on the thread that makes an endpoint.
 void CycloneEndpoint::count_matched(dds_entity_t handle, std::size_t count, int change) noexcept {
   if (!is_shared() || participant_->serves_own_process()) {
     matched_.store(count);
     if (change != 0) events().matched(change);
     return;
   }
-  // Cyclone counts those of our own participant too.
-  const std::lock_guard lock(counting_);  // so that the last thread that stores has looked last
+  // Cyclone also counts endpoints of our own participant.
+  const std::lock_guard lock(counting_);  // the thread that stores last also looked last
   const auto others = matched_ends(handle);
   dds_instance_handle_t own = 0;
   dds_get_instance_handle(participant_->handle(), &own);
@@ -117,7 +117,7 @@ void CycloneEndpoint::note(dds_entity_t handle, dds_instance_handle_t other, int
   if (change < 0) return services_->remove(topic, other);
   auto* data = is_writer_ ? dds_get_matched_subscription_data(handle, other)
                           : dds_get_matched_publication_data(handle, other);
-  if (data == nullptr) return;  // it has gone already, or we are being made
+  if (data == nullptr) return;  // the other has gone, or we are being made
   services_->add(topic, other, user_data_value(*data->qos, is_service_ ? kClientId : kServiceId));
   dds_builtintopic_free_endpoint(data);
 }
@@ -126,7 +126,7 @@ void put_away(std::unique_ptr<CycloneEndpoint> gone) {
   static std::mutex mutex;
   static detail::NeverDestroyed<std::vector<std::unique_ptr<CycloneEndpoint>>> all;
   auto& waiting = *all;
-  std::vector<std::unique_ptr<CycloneEndpoint>> idle;  // ends without the lock
+  std::vector<std::unique_ptr<CycloneEndpoint>> idle;  // destroyed after the unlock
   const std::lock_guard lock(mutex);
   if (gone != nullptr) waiting.push_back(std::move(gone));
   const auto first = std::partition(waiting.begin(), waiting.end(),

@@ -16,7 +16,7 @@
 #include "takt/transport/dds/key_values.hpp"
 #include "takt/transport/dds/writer_clocks.hpp"
 
-// Of dds/ddsi/ddsi_endpoint.h, which does not include what it needs.
+// Declared here, as dds/ddsi/ddsi_endpoint.h lacks includes that it needs.
 extern "C" {
 dds_return_t ddsi_delete_writer(ddsi_domaingv* domain, const ddsi_guid* guid);
 dds_return_t ddsi_delete_reader(ddsi_domaingv* domain, const ddsi_guid* guid);
@@ -168,7 +168,7 @@ void TimedCall::set(Nanoseconds from_now) noexcept {
                             ddsrt_mtime_add_duration(ddsrt_time_monotonic(), from_now.count()));
 }
 
-// The first half of dds_delete, by the functions that it uses.
+// The first half of dds_delete, made of the same functions.
 void begin_deletion(dds_entity_t end, const Topic& topic, bool is_writer) noexcept {
   dds_set_listener(end, nullptr);
   dds_guid_t on_wire{};

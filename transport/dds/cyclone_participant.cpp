@@ -20,18 +20,18 @@
 namespace takt {
 namespace {
 
-// Cyclone 0.10.2 counts the children of a participant in 14 bits, and an end of ours is two of
-// them: its topic, and its own publisher or subscriber. One more, and it knows the participant no
-// longer.
+// Cyclone 0.10.2 counts the children of a participant in 14 bits, and an endpoint of ours has two:
+// its topic, and its DDS reader or writer. With one child more, Cyclone no longer finds the
+// participant.
 // Limit: publishers and subscriptions of a process on DDS; services and clients count twice. At it:
 // a further one is refused. Seen: the error.
 constexpr std::size_t kMostEnds = 8'100;
 
 // Limit: publishers and subscriptions that have gone and whose memory is kept. At it: the first one
 // is freed. Seen: nothing.
-constexpr std::size_t kMostLeaving = 64;  // by then Cyclone has let go of the first
+constexpr std::size_t kMostLeaving = 64;  // by then, Cyclone no longer uses the first
 
-// Properties and not XML, where a path would need escapes. Debian has the plug-ins by these names.
+// Properties, as paths in XML would need escapes. The names of the plug-ins are Debian's.
 void set_security(dds_qos_t* qos, const DdsSecurity& files) {
   const auto set = [qos](const std::string& name, const std::string& value) {
     dds_qset_prop(qos, ("dds.sec." + name).c_str(), value.c_str());
@@ -99,8 +99,8 @@ CycloneParticipant::~CycloneParticipant() {
   remove(handle_);
 }
 
-// Every thread of Cyclone inherits from the one that creates the participant. The one attribute
-// that it cannot inherit, its name, is Cyclone's.
+// Cyclone's threads inherit all attributes of the thread that creates the participant except the
+// name, which Cyclone sets.
 void CycloneParticipant::start_threads(const DdsOptions& options) {
   const std::set<int> before = threads_of_this_process();
   std::exception_ptr exception;
@@ -187,7 +187,7 @@ void CycloneParticipant::remove(const CycloneEndpoint& end, const Endpoint& endp
   {
     const std::lock_guard lock(mutex_);
     std::erase(endpoints_, &end);
-    service_matches_.erase(endpoint.identity.id);  // both ends have it
+    service_matches_.erase(endpoint.identity.id);  // both endpoints have this id
   }
   topic_watch_->remove(endpoint);
   if (announcer_ != nullptr) announcer_->remove_endpoint(endpoint.node, handle);

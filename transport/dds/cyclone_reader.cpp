@@ -58,7 +58,7 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
 
   std::uint64_t received() const noexcept { return messages_.load(); }
 
-  /// Nothing arrives any more, and what has arrived and was not taken is given back.
+  /// After this nothing arrives any more. Messages that were not taken are given back.
   void close() noexcept {
     CycloneEndpoint::close();
     for (bool more = !is_idle(); more;) {
@@ -67,8 +67,8 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
   }
 
  private:
-  // Of Cyclone's queue. The one thread that receives data takes each message before it stores the
-  // next one; publishers of this process do so on their own threads, several at a time.
+  // The depth of Cyclone's queue. Cyclone's receive thread takes each message before it stores the
+  // next one; publishers of this process store on their own threads, several at a time.
   std::size_t queue_depth() const noexcept {
     // Limit: messages that publishers of the own process put into a DDS queue at the same time. At
     // it: the oldest is overwritten. Seen: `lost`.
@@ -78,7 +78,7 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
     return participant_->serves_own_process() ? std::max(depth, kMostAtATime) : depth;
   }
 
-  // On a thread of Cyclone's or iceoryx's, or of a publisher of this process.
+  // Runs on a thread of Cyclone or iceoryx, or of a publisher of this process.
   void receive(dds_entity_t handle) noexcept {
     const ForeignCode cyclone;
     ddsi_serdata* sample = nullptr;
@@ -86,7 +86,7 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
     while (dds_takecdr(handle, &sample, 1, &info, DDS_ANY_STATE) == 1) {
       const ChunkHeader* chunk = chunk_of(*sample, *endpoint_.type);
       if (!info.valid_data || (chunk != nullptr && chunk->participant == participant_->id() &&
-                               !participant_->serves_own_process())) {  // that came by pointer
+                               !participant_->serves_own_process())) {  // came by pointer already
         ddsi_serdata_unref(sample);
         continue;
       }
@@ -116,7 +116,7 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
     }
   }
 
-  // Of a request: which writer its client is.
+  // Notes which DDS writer belongs to the client of a request.
   void note_caller(const ReceivedBlock& request, dds_entity_t handle,
                    dds_instance_handle_t writer) {
     if (!services_->knows(ServiceMatches::requests, writer)) note_match(handle, writer, 1);
@@ -139,7 +139,7 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
     }
   }
 
-  // `reader`: handle_, which may still be on its way there.
+  // `reader` is the value of handle_, which may not be stored yet.
   void count_overwritten(const ChunkHeader& chunk, dds_entity_t reader,
                          dds_instance_handle_t writer) {
     const auto is_matched = [reader](dds_instance_handle_t other) {
@@ -148,7 +148,7 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
       return data != nullptr;
     };
     std::uint64_t overwritten = sequences_.overwritten(chunk, writer, is_matched);
-    const std::uint64_t counted = std::min(overwritten, refused_);  // already
+    const std::uint64_t counted = std::min(overwritten, refused_);  // already counted as lost
     refused_ -= counted;
     overwritten -= counted;
     if (overwritten != 0) count_lost(overwritten);
@@ -173,10 +173,10 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
   const std::size_t most_held_;
   const PoolPtr<ReceivedBlock> blocks_;
   WriterSequences sequences_;  // only in receive
-  std::uint64_t refused_ = 0;  // and not found missing yet; only in receive
+  std::uint64_t refused_ = 0;  // not yet found missing in the sequence; only in receive
 };
 
-/// What its subscription has of a reader, which may live longer.
+/// The subscription's handle of a CycloneReader, which may live longer.
 class ReaderEnd final : public RemoteReader {
  public:
   explicit ReaderEnd(std::unique_ptr<CycloneReader> reader) : reader_(std::move(reader)) {}

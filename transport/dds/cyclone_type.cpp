@@ -16,7 +16,7 @@
 namespace takt {
 namespace {
 
-constexpr std::size_t kPooled = 64;            // serdata of a type that are kept
+constexpr std::size_t kPooled = 64;            // serdata kept in the pool of a type
 constexpr std::size_t kKeptBytes = 64 * 1024;  // a larger buffer is freed with its message
 
 // Limit: bytes of all messages from other processes of a service by which processes and containers
@@ -24,7 +24,7 @@ constexpr std::size_t kKeptBytes = 64 * 1024;  // a larger buffer is freed with 
 // Cyclone DDS.
 constexpr std::size_t kMostOfServices = std::size_t{64} << 20;
 
-/// By the name of its type.
+/// Whether the type's name is that of such a service.
 bool is_of_service(std::string_view type) {
   constexpr std::string_view kPackages[] = {"rcl_interfaces/srv/",          "takt_interfaces/srv/",
                                             "composition_interfaces/",      "lifecycle_msgs/srv/",
@@ -58,7 +58,7 @@ Serdata* make(const Sertype& type, ddsi_serdata_kind kind) {
   return data;
 }
 
-// Cyclone sends in units of four bytes.
+// Cyclone sends in units of four bytes: padding follows.
 void finish(Serdata& data) {
   data.size = data.buffer.bytes().size();
   std::fill_n(data.buffer.extend(3), 3, std::byte{0});
@@ -74,7 +74,7 @@ std::uint32_t size_of(const ddsi_serdata* data) {
   return static_cast<std::uint32_t>(of(data).size);
 }
 
-// Only the encoding header is looked at here, on Cyclone's thread; the receiver decodes.
+// Cyclone's thread checks only the encapsulation header; the receiver decodes.
 ddsi_serdata* checked(Serdata* data) {
   finish(*data);
   const auto bytes = data->bytes();
@@ -86,7 +86,7 @@ ddsi_serdata* checked(Serdata* data) {
   return data;
 }
 
-// Fragments come in order of their begin and may overlap.
+// Fragments are sorted by their begin, and may overlap.
 ddsi_serdata* from_fragments(const ddsi_sertype* type, ddsi_serdata_kind kind,
                              const nn_rdata* fragment, std::size_t size) {
   Serdata* data = make(of(type), kind);
@@ -124,12 +124,12 @@ ddsi_serdata* from_vector(const ddsi_sertype* type, ddsi_serdata_kind kind,
 ddsi_serdata* from_key(const ddsi_sertype* type, const ddsi_keyhash*) {
   return make(of(type), SDK_KEY);
 }
-// A chunk, for the readers that do not share memory with us.
+// Encodes a chunk for readers that do not share memory with us.
 ddsi_serdata* from_sample(const ddsi_sertype* type, ddsi_serdata_kind kind, const void* chunk) {
   return kind == SDK_DATA ? encode(of(type), static_cast<const ChunkHeader*>(chunk) + 1)
                           : make(of(type), kind);
 }
-// `subscriber` is nullptr where the chunk is going to be sent.
+// `subscriber` is nullptr when the chunk is to be sent.
 ddsi_serdata* from_chunk(const ddsi_sertype* type, ddsi_serdata_kind kind, void* subscriber,
                          void* chunk) {
   Serdata* data = make(of(type), kind);
@@ -153,7 +153,7 @@ void to_bytes_unref(ddsi_serdata* data, const ddsrt_iovec_t*) {
 bool to_sample(const ddsi_serdata* data, void* sample, void**, void*) {
   return of(data->type).message.decode(of(data).bytes(), sample);
 }
-// Stays in Cyclone's map of instances: so it is of its own, without the message's bytes.
+// The result stays in Cyclone's instance map: so it is a serdata of its own, without the bytes.
 ddsi_serdata* to_untyped(const ddsi_serdata* data) {
   Serdata* untyped = allocate();
   ddsi_serdata_init(untyped, data->type, SDK_KEY);
@@ -167,7 +167,8 @@ bool untyped_to_sample(const ddsi_sertype*, const ddsi_serdata*, void*, void**, 
 void free_data(ddsi_serdata* data) {
   Serdata* last = &of(data);
   if (free_chunk(*last)) {
-    // It could not be sent. Cyclone 0.10.2 looks at it once more after this: the next one goes.
+    // The chunk could not be sent. Cyclone 0.10.2 reads the serdata once more after this call: so
+    // it is freed at the next failure.
     last = of(last->type).unsent.exchange(last);
     if (last == nullptr) return;
   }
@@ -218,7 +219,7 @@ bool equal_types(const ddsi_sertype* a, const ddsi_sertype* b) {
 std::uint32_t hash_of(const ddsi_sertype* type) {
   return static_cast<std::uint32_t>(of(type).message.layout_hash);
 }
-// Cyclone's own samples of the type: we never ask for any.
+// Cyclone never needs samples of this type, as we never ask for any.
 void zero_samples(const ddsi_sertype*, void*, std::size_t) {
 }
 void realloc_samples(void** pointers, const ddsi_sertype*, void*, std::size_t, std::size_t count) {

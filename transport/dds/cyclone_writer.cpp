@@ -18,7 +18,7 @@ namespace {
 
 class CycloneWriter;
 
-/// A message that lies in shared memory and is not sent yet.
+/// A loaned message in shared memory that is not sent yet.
 class LentBlock final : public MessageBlock, public PoolNode<LentBlock> {
  public:
   void lend(CycloneWriter& writer, ChunkHeader* chunk) noexcept {
@@ -49,7 +49,7 @@ class CycloneWriter final : public CycloneEndpoint {
         [](dds_entity_t handle, const dds_publication_matched_status_t status, void* self) {
           auto& writer = *static_cast<CycloneWriter*>(self);
           if (status.total_count_change > 0) writer.readers_ever_.fetch_add(1);
-          if (status.current_count_change > 0) writer.ask(handle);  // before it is counted
+          if (status.current_count_change > 0) writer.ask(handle);  // before the reader is counted
           writer.note_match(handle, status.last_subscription_handle, status.current_count_change);
           writer.count_matched(handle, status.current_count, status.current_count_change);
           writer.send_waiting();
@@ -64,7 +64,7 @@ class CycloneWriter final : public CycloneEndpoint {
     make(&dds_create_writer, endpoint_.qos.depth, listener);
     if (is_shared()) is_known_at_ = later(Clock::steady().now(), kHearsayTime);
     is_made_.store(true);
-    ask(handle_);  // those that have come meanwhile
+    ask(handle_);  // readers that matched during construction
   }
 
   ~CycloneWriter() override {
@@ -75,7 +75,7 @@ class CycloneWriter final : public CycloneEndpoint {
     }
   }
 
-  /// Nobody would receive what is written now.
+  /// Whether nobody would receive a message that is written now.
   bool is_in_vain() const noexcept {
     return matched_.load(std::memory_order_relaxed) == 0 &&
            endpoint_.qos.durability == Durability::volatile_;
@@ -127,28 +127,28 @@ class CycloneWriter final : public CycloneEndpoint {
       dds_return_loan(handle_, &chunk, 1);
     }
     Pool<LentBlock>::recycle(block);
-    held_.fetch_sub(1);  // the last: from here on we may be gone
+    held_.fetch_sub(1);  // after the last one, the writer may be freed
   }
   void assert_liveliness() noexcept { dds_assert_liveliness(handle_); }
   bool wait_for_acks(Nanoseconds timeout) noexcept {
     return dds_wait_for_acks(handle_, timeout.count()) == DDS_RETCODE_OK;
   }
-  /// Those that had come before, until all have confirmed what was asked when the last one came.
+  /// The matched readers. While a probe is not confirmed: those that had matched before the probe.
   std::size_t confirmed() const noexcept override {
     const std::size_t count = matched();
     return count == 0 || is_confirmed() ? count : std::min(count, known_before_.load());
   }
-  /// Of a client's requests: the services that it can hear, too.
+  /// For the requests of a client: at most the services whose responses the client can receive.
   std::size_t reader_count() const noexcept {
     const std::size_t count = confirmed();
     return services_ == nullptr || is_service_ ? count : std::min(count, services_->count());
   }
 
  private:
-  // A reader that has discovered us takes what it finds at its first heartbeat for older than
-  // itself, and we learn of no heartbeat. What is written as soon as there is a reader would be
-  // lost: so each new reader has something to confirm, but not that of a topic that has messages
-  // already. One that has gone without a word is waited for no longer than for kPatience.
+  // A reader that has just matched takes the message at its first heartbeat for an older one, and
+  // the writer is not notified of heartbeats: a message written at once would be lost. So the
+  // writer sends each new reader a probe (`question_`) to confirm, unless the topic has messages
+  // already. The writer waits at most kPatience for a reader that has vanished.
   void ask(dds_entity_t handle) noexcept {
     constexpr auto kPatience = std::chrono::seconds(1);
     if (is_shared() || endpoint_.qos.reliability != Reliability::reliable ||
@@ -168,7 +168,7 @@ class CycloneWriter final : public CycloneEndpoint {
     dds_forwardcdr(handle, question);
   }
 
-  // All have confirmed what was asked last when Cyclone keeps it for none of them any more.
+  // All readers have confirmed the last probe when Cyclone no longer keeps it.
   bool is_confirmed() const noexcept {
     const std::lock_guard lock(asking_mutex_);
     if (question_ == nullptr) return true;
@@ -181,10 +181,10 @@ class CycloneWriter final : public CycloneEndpoint {
   using Hearing = ServiceMatches::Hearing;
   static constexpr auto kBetweenLooks = std::chrono::milliseconds(1);
 
-  /// A response for a client that cannot hear it yet.
+  /// A response for a client whose reader is not ready yet.
   struct Waiting {
     std::uint64_t client;
-    ddsi_serdata* data;           // nullptr: by shared memory
+    ddsi_serdata* data;           // nullptr: in shared memory
     std::vector<std::byte> copy;  // for shared memory
     dds_time_t published;
   };
@@ -195,18 +195,17 @@ class CycloneWriter final : public CycloneEndpoint {
 
   ddsi_serdata* encode_at(const void* message, dds_time_t published) const noexcept {
     ddsi_serdata* data = encode(topic_.type(), message);
-    data->timestamp.v = published;  // forwardcdr keeps it: encoding is a part of the way
+    data->timestamp.v = published;  // forwardcdr keeps the time: latency includes encoding
     return data;
   }
 
-  // Keeps a response whose client's reader has not been discovered, which may take its time after
-  // that of its writer, or has not confirmed that it hears. Beyond the depth it replaces the
-  // oldest.
+  // Keeps a response while the client's reader is not discovered, which may come later than its
+  // writer, or has not confirmed a probe. Beyond the depth, the oldest response is replaced.
   bool waits(const void* message, dds_time_t published) {
     const ForeignCode cyclone;
     std::uint64_t client = 0;
     std::memcpy(&client, message, sizeof client);
-    const std::lock_guard lock(waiting_mutex_);  // before looking: send_waiting comes later
+    const std::lock_guard lock(waiting_mutex_);  // else send_waiting may come between
     const Hearing hearing = hearing_of(client);
     if (hearing == Hearing::hears) return false;
     if (waiting_.size() == endpoint_.qos.depth) {
@@ -224,7 +223,7 @@ class CycloneWriter final : public CycloneEndpoint {
   Hearing hearing_of(std::uint64_t client) noexcept {
     const Hearing hearing = services_->hearing(client);
     if (hearing != Hearing::unknown) return hearing;
-    const std::uint64_t ends = services_->ends();  // before: each was asked before it was counted
+    const std::uint64_t ends = services_->ends();  // read first: counted readers have got a probe
     if (!is_confirmed()) return hearing;
     services_->confirm(ends);
     return services_->hearing(client);
@@ -275,7 +274,8 @@ class CycloneWriter final : public CycloneEndpoint {
     send(chunk, published);
   }
 
-  // Gives the chunk up. With the mutex held, so that sequence is order.
+  // Gives the chunk to Cyclone. With the mutex held, so that sequence numbers are in order of
+  // sending.
   bool send(ChunkHeader* chunk, dds_time_t published) noexcept {
     identify(*chunk);
     if (const std::uint64_t readers = readers_ever_.load(); readers != readers_known_) {
@@ -307,16 +307,16 @@ class CycloneWriter final : public CycloneEndpoint {
   const std::uint64_t id_ = random_number();
   const PoolPtr<LentBlock> lent_;
   RankedMutex<LockRank::responses> waiting_mutex_;
-  std::vector<Waiting> waiting_;  // of a service
+  std::vector<Waiting> waiting_;  // of a service: responses
   std::atomic<std::uint64_t> readers_ever_{0};
   std::atomic<bool> is_made_{false};
-  std::optional<TimedCall> look_again_;  // of a service
+  std::optional<TimedCall> look_again_;  // of a service: retries
   mutable PiMutex asking_mutex_;
-  mutable ddsi_serdata* question_ = nullptr;  // nullptr: all have confirmed
+  mutable ddsi_serdata* question_ = nullptr;  // the last probe; nullptr: confirmed
   TimePoint asks_until_{};
-  std::atomic<std::size_t> known_before_{0};  // readers, when what is not confirmed was asked
+  std::atomic<std::size_t> known_before_{0};  // readers that matched before the probe
   PiMutex mutex_;                             // guards what follows
-  std::uint64_t sequence_ = 0;                // of the last one sent by shared memory
+  std::uint64_t sequence_ = 0;                // of the last message sent by shared memory
   std::uint64_t readers_known_ = 0, before_newest_ = 0;
 };
 
@@ -324,7 +324,7 @@ void LentBlock::recycle() noexcept {
   writer_->give_back(*this);
 }
 
-/// What its publisher has of a writer, which may live longer.
+/// The publisher's handle of a CycloneWriter, which may live longer.
 class WriterEnd final : public RemoteWriter {
  public:
   explicit WriterEnd(std::unique_ptr<CycloneWriter> writer) : writer_(std::move(writer)) {}

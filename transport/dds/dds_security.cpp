@@ -1,4 +1,4 @@
-// What Cyclone does not look at when it reads the files of DDS Security.
+// Checks of DDS Security files that Cyclone does not make.
 // SPDX-License-Identifier: Apache-2.0
 #include <cerrno>
 #include <cstring>
@@ -30,12 +30,12 @@ using File = std::unique_ptr<BIO, Deleter<BIO_free>>;
 using Certificate = std::unique_ptr<X509, Deleter<X509_free>>;
 using Key = std::unique_ptr<EVP_PKEY, Deleter<EVP_PKEY_free>>;
 
-// Without one, OpenSSL would ask on the terminal.
+// Without a password callback, OpenSSL would ask on the terminal.
 int no_password(char*, int, int, void*) {
   return -1;
 }
 
-// What `read`, a function of OpenSSL, makes of the file.
+// Parses the file with `read`, a function of OpenSSL.
 template <class Object, class Read>
 Object read_pem(const std::string& path, const char* what, Read read) {
   ERR_clear_error();

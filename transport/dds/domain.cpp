@@ -22,7 +22,7 @@ namespace takt {
 namespace {
 
 // Limit: attempts to take a port of the domain. At it: joining fails. Seen: the error.
-constexpr int kMostAttempts = 120;  // to be faster than others that join at the same time
+constexpr int kMostAttempts = 120;  // others may join at the same time
 
 std::atomic<std::uint64_t> warnings{0};
 
@@ -33,7 +33,7 @@ void log_sink(void*, const dds_log_data_t* data) {
   while (text.ends_with('\n')) text.remove_suffix(1);
   if (kept != nullptr) {
     *kept = text;
-    std::replace(kept->begin(), kept->end(), '\n', ' ');  // OpenSSL's
+    std::replace(kept->begin(), kept->end(), '\n', ' ');  // errors of OpenSSL have several lines
   } else if (!count_refused(text)) {
     complain(text);
   }
@@ -53,7 +53,7 @@ Joined join(const DdsOptions& options, std::uint64_t roudi) {
         dds_create_domain(static_cast<dds_domainid_t>(options.domain),
                           domain_configuration(options, *index, roudi).c_str());
     if (handle < 0 && free_participant_index(options) != index) {
-      kept->clear();  // another process was faster
+      kept->clear();  // another process took the index
       continue;
     }
     check_joined(handle, fmt::format("DDS domain {} could not be set up", options.domain),
@@ -72,7 +72,7 @@ void complain(std::string_view text) {
   static constinit LogThrottle throttle;
   warnings.fetch_add(1, std::memory_order_relaxed);
   if (const auto left_out = throttle.may_log()) {
-    // The count comes first, because long lines are cut.
+    // The count comes first, as long lines are cut at the end.
     log(LogLevel::warn, "DDS{}: {}",
         *left_out == 0 ? "" : fmt::format(" (and {} others before)", *left_out), text);
   }

@@ -23,7 +23,7 @@ namespace {
 
 bool is_free(int port) {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (fd < 0) return true;  // Cyclone's error says why
+  if (fd < 0) return true;  // Cyclone will report the reason
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(static_cast<std::uint16_t>(port));
@@ -32,7 +32,7 @@ bool is_free(int port) {
   return is_free;
 }
 
-// `kind`: IFF_LOOPBACK, or 0: one that Cyclone could choose besides that.
+// `kind`: IFF_LOOPBACK; 0: an interface that Cyclone could choose besides loopback.
 bool is_interface_up(unsigned kind) {
   ifaddrs* first = nullptr;
   if (getifaddrs(&first) != 0) return false;
@@ -46,8 +46,8 @@ bool is_interface_up(unsigned kind) {
   return false;
 }
 
-// Those of this machine by their ports: without our own, and without that by which Takt's processes
-// hear newcomers, as nobody there has a use for what we say of ourselves.
+// The peers on this machine, by their ports. Not our own port, and not the ports by which Takt's
+// processes hear newcomers, which make no use of our announcements.
 std::string peers(const DdsOptions& options, int participant_index) {
   std::string own;
   for (int index = 0; index < kIndices; ++index) {
@@ -62,10 +62,10 @@ std::string peers(const DdsOptions& options, int participant_index) {
   return xml;
 }
 
-// Messages of one machine take the loopback interface, which works without a network. Only by an
-// address of the network, processes of ROS 2 know that they are on the same machine. Cyclone 0.10
-// sends to all peers by the first interface, and by the loopback interface it reaches none
-// elsewhere.
+// Messages on one machine use the loopback interface, which works without a network. Yet processes
+// of ROS 2 recognise their own machine only by an address of the network. Cyclone 0.10 sends to all
+// peers through its first interface, and through loopback it does not reach peers on other
+// machines.
 std::string interfaces(const DdsOptions& options) {
   const bool is_local = options.discovery == DiscoveryRange::localhost;
   if (!is_local && options.discovery != DiscoveryRange::off &&
@@ -78,7 +78,7 @@ std::string interfaces(const DdsOptions& options) {
       is_local && is_interface_up(0) ? R"(<NetworkInterface autodetermine="true"/>)" : "");
 }
 
-/// Of a process that meets no other.
+/// The tag of a process that discovers no other.
 std::string tag() {
   return fmt::format("_off_{}", getpid());
 }
@@ -98,8 +98,8 @@ std::string discovery(const DdsOptions& options, int participant_index) {
       participant_index, kIndices, peers(options, participant_index));
 }
 
-/// What CYCLONEDDS_URI says: files, or XML, separated by commas.
-/// Throws Error where a file is no regular one: Cyclone would wait for ever for a FIFO's writer.
+/// The value of CYCLONEDDS_URI: files or XML, separated by commas. Throws Error for a file that is
+/// not a regular one: Cyclone would wait for ever for the writer of a FIFO.
 std::string configuration_of_user() {
   const char* const text = std::getenv("CYCLONEDDS_URI");
   if (text == nullptr) return {};
@@ -110,7 +110,7 @@ std::string configuration_of_user() {
     std::string_view file = rest.substr(0, rest.find(','));
     rest.remove_prefix(file.size());
     if (file.starts_with(kScheme)) file.remove_prefix(kScheme.size());
-    if (file.find('$') != std::string_view::npos) continue;  // Cyclone puts in a variable
+    if (file.find('$') != std::string_view::npos) continue;  // Cyclone expands variables
     try {
       const RegularFile readable{std::string(file)};
     } catch (const Error& error) {
@@ -151,10 +151,11 @@ std::optional<int> free_participant_index(const DdsOptions& options) {
   return index ? index : first_free(kFirstHeard - 1, 0, -1);
 }
 
-// Lean, deterministic, messages up to the size of a datagram in one piece. What each setting brings
-// is in docs/explanation/decisions/0032_settings_of_cyclone_are_measured.md. The lease: a process
-// that was killed is missed after it, and within four fifths of it Cyclone wakes twice, to say that
-// the participant is there, and alive. So an idle process wakes 0.83 times a second.
+// Lean, deterministic, and messages up to the size of a datagram in one piece.
+// docs/explanation/decisions/0032_settings_of_cyclone_are_measured.md has the effect of each
+// setting. The lease: after it, a killed process is noticed. Within four fifths of it, Cyclone
+// wakes twice, to announce the participant and its liveliness: so an idle process wakes 0.83 times
+// a second.
 std::string domain_configuration(const DdsOptions& options, int participant_index,
                                  std::uint64_t roudi) {
   return fmt::format(

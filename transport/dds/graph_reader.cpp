@@ -25,8 +25,8 @@ namespace {
 
 dds_entity_t make_reader(dds_entity_t participant, const Topic& topic, const Endpoint& endpoint,
                          RosGraph form, const dds_listener_t* listener) {
-  // There are no keys: so it is the history of all processes together, from one look of Cyclone's
-  // thread to the next.
+  // The topic has no keys: the depth is shared by all processes, for the time between two reads of
+  // Cyclone's thread.
   const WireQoS qos = wire_qos(endpoint.qos, endpoint.qos.depth);
   const std::string text = user_data(endpoint, form);
   dds_qset_userdata(qos.get(), text.data(), text.size());
@@ -38,7 +38,7 @@ std::string bytes_of(const unsigned char* guid) {
   return {reinterpret_cast<const char*>(guid), 16};
 }
 
-// "rq/addRequest" → "/add"; empty: it is no such topic.
+// "rq/addRequest" → "/add"; empty: the topic is not of a service.
 std::string service_in(std::string_view topic, std::string_view prefix, std::string_view suffix) {
   if (!topic.starts_with(prefix) || !topic.ends_with(suffix) ||
       topic.size() < prefix.size() + suffix.size()) {
@@ -74,7 +74,7 @@ void note_left_out(std::size_t most, const char* what) {
 
 }  // namespace
 
-/// The last one of each process that is there, by its GUID.
+/// The last announcement of each live process, by the GUID of its participant.
 class GraphReader::Announcements {
  public:
   struct Unref {
@@ -83,11 +83,11 @@ class GraphReader::Announcements {
   using Sample = std::unique_ptr<ddsi_serdata, Unref>;
 
   explicit Announcements(std::function<void(const Gid&)> on_kept) : on_kept_(std::move(on_kept)) {}
-  /// When there is something to take.
+  /// Called when announcements can be taken.
   static void on_data(dds_entity_t reader, void* self) {
     static_cast<Announcements*>(self)->take(reader);
   }
-  /// When a process has come, or gone.
+  /// Called when a process has come or gone.
   static void on_matched(dds_entity_t, const dds_subscription_matched_status_t status, void* self) {
     if (status.current_count_change >= 0) return;
     static_cast<Announcements*>(self)->forget_all_of(status.last_publication_handle);
@@ -106,7 +106,8 @@ class GraphReader::Announcements {
     const auto kept = kept_.find(process);
     return Sample(kept != kept_.end() ? ddsi_serdata_ref(kept->second.sample.get()) : nullptr);
   }
-  /// Until so many processes have announced something since the last all(), at most so long.
+  /// Waits until this number of processes have sent an announcement since the last all(), at most
+  /// until `end`.
   void wait(std::size_t processes, std::chrono::steady_clock::time_point end) {
     std::unique_lock lock(mutex_);
     changed_.wait_until(lock, end, [&] { return kept_.size() >= processes; });
@@ -207,7 +208,7 @@ GraphReader::~GraphReader() {
   if (reader_ != 0) dds_delete(reader_);
 }
 
-// Processes announce their nodes anew to a reader that they have seen, which takes them a moment.
+// Processes announce their nodes again when they discover this reader, which takes a moment.
 void GraphReader::await_announced() {
   // Limit: the time for which the first look at the graph waits for the nodes of the processes that
   // are known. At it: those that came are shown. Seen: nodes that only a later look shows.
@@ -270,20 +271,21 @@ void GraphReader::read_endpoints(Graph& graph, SentHashes& sent, const Owners& o
       writers ? DDS_BUILTIN_TOPIC_DCPSPUBLICATION : DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION,
       [&](const dds_builtintopic_endpoint_t& found) {
         auto user_data = user_data_of(*found.qos);
-        // Escaped at the border: names of ROS 2 have nothing to escape.
+        // Escaped at the border, as discovery is untrusted input; valid names of ROS 2 do not
+        // change.
         GraphEndpoint endpoint{.name = printable(found.topic_name),
                                .type = printable(ros_type_name(found.type_name)),
                                .type_hash = type_hash_of(user_data),
                                .gid = fmt::format("{:02x}", fmt::join(found.key.v, ".")),
                                .qos = qos_of(*found.qos)};
-        // The endpoints that serve discovery itself are not shown.
+        // Endpoints of discovery itself are not shown.
         if (endpoint.name == discovery_endpoint(form_).topic ||
             endpoint.type.starts_with("org::eclipse::cyclonedds::builtin")) {
           return;
         }
         const auto owner = owners.find(bytes_of(found.key.v));
         if (owner != owners.end()) endpoint.node = owner->second;
-        // A service is known by what it receives.
+        // The reader of requests stands for a service, the reader of responses for a client.
         const std::string service = service_in(endpoint.name, "rq", "Request");
         const std::string client = service_in(endpoint.name, "rr", "Reply");
         std::vector<GraphEndpoint>* list = writers ? &graph.publishers : &graph.subscriptions;
@@ -339,7 +341,7 @@ GraphReader::Owners GraphReader::owners_in(const Gid& process) {
   const auto add = [&](const Process& of) {
     for (const auto& [end, node] : of.owners) owners.emplace(end, of.nodes[node]);
   };
-  // It stays among the unread ones, whose number and bytes are limited.
+  // The announcement stays unread, as the limits of number and bytes hold for unread ones.
   if (const auto unread = announcements_->find(process)) {
     add(decoded(*unread));
   } else {

@@ -15,7 +15,7 @@
 namespace takt {
 namespace {
 
-// Cyclone does not expose its descriptors, but its ports are known.
+// Cyclone does not expose its sockets, but their ports are known.
 bool receives_from_everywhere(int fd, int domain) {
   int type = 0;
   socklen_t size = sizeof(type);

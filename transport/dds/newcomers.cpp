@@ -35,7 +35,7 @@ sockaddr_in address(std::uint32_t host, int port) noexcept {
   return address;
 }
 
-// The kernel gives a copy of what this machine sends by multicast to this machine as such.
+// Accepts only multicast of this machine, of which the kernel gives a copy marked as loopback.
 bool keep_to_this_machine(int fd) noexcept {
   sock_filter is_of_this_machine[] = {
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, static_cast<__u32>(SKF_AD_OFF + SKF_AD_PKTTYPE)),
@@ -50,7 +50,7 @@ bool is_set(int fd, int option) noexcept {
   return setsockopt(fd, SOL_SOCKET, option, &yes, sizeof yes) == 0;
 }
 
-// On a port that others may have, too: the one of multicast those of other users.
+// On a port shared with other processes; for multicast, also with those of other users.
 int shared_socket(int port, bool is_for_multicast) noexcept {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) return fd;
@@ -64,7 +64,7 @@ int shared_socket(int port, bool is_for_multicast) noexcept {
   return -1;
 }
 
-// The first one that is free, or that other processes of this user have.
+// The first port that is free or used by other processes of this user.
 int low_index_socket(int domain) noexcept {
   int fd = -1;
   for (int index = kLastHeard; fd < 0 && index >= kFirstHeard; --index) {
@@ -93,7 +93,7 @@ bool is_announcement(std::span<const std::byte> datagram) noexcept {
         std::memcmp(&body[kWriterInData], kSpdpWriter.data(), kSpdpWriter.size()) == 0) {
       return true;
     }
-    if (size == 0 || size > body.size()) return false;  // the last one
+    if (size == 0 || size > body.size()) return false;  // the last submessage
     rest = body.subspan(size);
   }
   return false;

@@ -48,7 +48,7 @@ NodeAnnouncer::NodeAnnouncer(dds_entity_t participant, RosGraph form)
       participant_(guid_of(participant)),
       topic_(participant, discovery_endpoint(form), false),
       writer_(make_writer(participant, topic_, discovery_endpoint(form), form)) {
-  announce();  // of no nodes, too: the first look at the graph waits for it
+  announce();  // even without nodes: the first look at the graph waits for it
 }
 
 void NodeAnnouncer::add_node(const std::string& node) {

@@ -34,7 +34,7 @@ void ReceivedBlock::recycle() noexcept {
   } else {
     Pool<ReceivedBlock>::recycle(*this);
   }
-  if (held != nullptr) held->fetch_sub(1);  // the last: from here on the reader may be gone
+  if (held != nullptr) held->fetch_sub(1);  // after the last one, the reader may be freed
 }
 
 }  // namespace takt

@@ -16,7 +16,7 @@
 namespace takt {
 namespace {
 
-// A few more than Cyclone 0.10 was seen to take, with all of its receiving threads.
+// A few more than Cyclone 0.10 takes in measurements, with all its receive threads.
 constexpr int kThreads = 10;
 constexpr int kDescriptors = 12;
 constexpr std::size_t kBytes = 32 << 20;  // beside the threads' stacks

@@ -25,7 +25,7 @@ constexpr std::size_t kMostUnnamed = 100;
 std::string of_node(const std::string& node) {
   return node.empty() ? "a node whose name is not known" : "node '" + node + "'";
 }
-/// The GUID of the participant of an end.
+/// The GUID of the endpoint's participant.
 std::string process_of(const std::string& end) {
   constexpr std::string_view kParticipant("\x00\x00\x01\xc1", 4);
   return end.substr(0, end.size() - kParticipant.size()).append(kParticipant);
@@ -54,7 +54,7 @@ void TopicWatch::begin(dds_entity_t participant) {
   readers_ = watch(DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, [](dds_entity_t reader, void* self) {
     static_cast<TopicWatch*>(self)->discover(reader, false);
   });
-  discover(writers_, true);  // what was known before
+  discover(writers_, true);  // endpoints known before
   discover(readers_, false);
 }
 
@@ -84,7 +84,7 @@ void TopicWatch::remove(const Endpoint& endpoint) noexcept {
   forget_if_empty(name);
 }
 
-// On a thread of Cyclone's.
+// Runs on a thread of Cyclone.
 void TopicWatch::discover(dds_entity_t reader, bool writers) noexcept {
   std::array<void*, 16> samples{};
   std::array<dds_sample_info_t, 16> infos{};
@@ -108,7 +108,7 @@ void TopicWatch::discover(dds_entity_t reader, bool writers) noexcept {
         names_.emplace(gid, found.topic_name);
         topic.others.emplace(gid, other);
         for (const auto& [endpoint, ours] : topic.ours) {
-          if (compare(endpoint->topic, ours, other, gid)) break;  // one line of each that comes
+          if (compare(endpoint->topic, ours, other, gid)) break;  // one line for each new endpoint
         }
       }
     }
@@ -121,7 +121,8 @@ void TopicWatch::forget_if_empty(const std::string& name) noexcept {
   if (topic->second.ours.empty() && topic->second.others.empty()) topics_.erase(topic);
 }
 
-// True: there is something to say. `gid`: the other's; empty: it waits for no name any more.
+// True: there is something to report. `gid`: of the other endpoint; empty: do not wait for its
+// node's name.
 bool TopicWatch::compare(const std::string& topic, const End& ours, const End& other,
                          const std::string& gid) {
   if (ours.type != other.type) {
@@ -151,7 +152,7 @@ bool TopicWatch::compare(const std::string& topic, const End& ours, const End& o
   return true;
 }
 
-// What receives requests is a server. A node has many services; one line of each node will do.
+// A reader of requests is a server. A node has many services, but one line for each node is enough.
 bool TopicWatch::compare_servers(const std::string& topic, const End& ours, const End& other,
                                  const std::string& gid) {
   constexpr std::string_view kBegin = "rq/", kEnd = "Request";
@@ -168,7 +169,7 @@ bool TopicWatch::compare_servers(const std::string& topic, const End& ours, cons
   return true;
 }
 
-// With the lock held. False: it is to be logged now.
+// With the lock held. False: log now.
 bool TopicWatch::waits_for_name(const std::string& topic, const End& ours, const End& other,
                                 const std::string& gid) {
   if (!other.node.empty() || gid.empty() || !timer_ || unnamed_.size() == kMostUnnamed) {
@@ -187,7 +188,7 @@ void TopicWatch::announced(const std::string& process) {
   name(process);
 }
 
-// Those of a process, if they are known now.
+// Logs the lines about a process's endpoints whose nodes are known now.
 void TopicWatch::name(const std::string& process) {
   const GraphReader::Owners nodes = names_of_nodes_.owners_in(process);
   const std::lock_guard lock(mutex_);
@@ -201,7 +202,7 @@ void TopicWatch::name(const std::string& process) {
   });
 }
 
-// On Cyclone's thread for timed events.
+// Runs on Cyclone's thread for timed events.
 void TopicWatch::name_all() noexcept {
   std::set<std::string> processes;
   {
@@ -211,7 +212,7 @@ void TopicWatch::name_all() noexcept {
   try {
     names_of_nodes_.begin();
     for (const std::string& process : processes) name(process);
-  } catch (const Error&) {  // announcements may not be read
+  } catch (const Error&) {  // the announcements cannot be read
   }
   const std::lock_guard lock(mutex_);
   const TimePoint now = Clock::steady().now();

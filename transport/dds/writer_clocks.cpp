@@ -48,7 +48,7 @@ bool WriterClocks::is_ours(dds_entity_t reader, dds_instance_handle_t writer) {
 }
 
 TimePoint WriterClocks::sent_at(dds_entity_t reader, const dds_sample_info_t& info) {
-  // Before Cyclone is asked, which takes its time.
+  // Reads the clocks first, as the question to Cyclone takes time.
   const ClockPair now =
       read_together([] { return Clock::steady().now(); }, [] { return Nanoseconds(dds_time()); });
   if (!are_synchronized_ && !is_ours(reader, info.publication_handle)) return now.steady;

@@ -22,7 +22,7 @@ constexpr auto kEndLimit = 3s;
 
 std::atomic<bool> deletes_no_more{false};
 
-/// False where no thread can be started: the end is a bad moment to fail.
+/// False: no thread can be started. Does not throw, as the process is ending.
 template <class Work>
 bool start_apart(Work work) noexcept {
   try {
@@ -33,13 +33,12 @@ bool start_apart(Work work) noexcept {
   }
 }
 
-// glibc calls these in the reverse order of their registration, as static destructors: so before
-// iceoryx' own, which takes away what the deletion of an entity would use. Of nodes in static
-// storage, which go later, the ends are left as they are; others miss them when their lease is
-// over.
+// glibc calls exit handlers and static destructors in the reverse order of registration: so this
+// runs before iceoryx destroys what the deletion of an entity needs. Nodes in static storage may be
+// destroyed later: their endpoints are not deleted, and other processes notice when the lease ends.
 void end_in_time(int status, void*) {
   deletes_no_more.store(true);
-  std::fflush(nullptr);  // what iceoryx keeps from being written otherwise
+  std::fflush(nullptr);  // output that iceoryx would keep from being written
   start_apart([status] {
     std::this_thread::sleep_for(kEndLimit);
     constexpr char kText[] =

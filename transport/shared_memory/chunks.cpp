@@ -10,7 +10,7 @@
 namespace takt {
 namespace {
 
-// iceoryx's listener takes 127 readers of a process, and Cyclone does not survive one more.
+// iceoryx's listener has room for 127 readers of a process; Cyclone crashes at the next one.
 // Limit: subscriptions of a process that use shared memory. At it: further ones use UDP, or are
 // refused with `require`. Seen: the column `transport`; the error.
 constexpr std::size_t kMostSharedReaders = 120;
@@ -22,7 +22,7 @@ constexpr std::size_t kQueuedSmall = 100;            // messages, while they are
 constexpr std::size_t kQueuedBytes = 1024UL * 1024;  // … all of them together
 constexpr std::size_t kInCallbacks = 8;
 
-// The RouDi that this process uses, once it has begun to: iceoryx binds a process to one.
+// The RouDi that this process first used: iceoryx binds a process to one.
 std::uint64_t bind_to(const Roudi& roudi) {
   static std::atomic<std::uint64_t> bound{0};
   std::uint64_t before = 0;
@@ -39,12 +39,12 @@ std::string why_not(const Roudi& roudi) {
 
 std::string shared_memory_settings(std::uint64_t roudi, const std::string& prefix) {
   if (roudi == 0) return "<Enable>false</Enable>";
-  // The locator says which processes share memory. For processes other than Takt's we do not know
-  // the layout of their messages; those of other machines, and other RouDis, are not visible.
+  // The locator identifies processes that share memory: those of Takt on this machine, with this
+  // RouDi. The memory layout of other processes' messages is unknown.
   std::string xml =
       "<Enable>true</Enable><LogLevel>fatal</LogLevel><Locator>74:61:6b:74:00:00:00:00";
   for (int byte = 0; byte < 8; ++byte) xml += fmt::format(":{:02x}", (roudi >> (8 * byte)) & 0xff);
-  // iceoryx knows nothing of discovery: a process with the same prefix gets the messages.
+  // iceoryx ignores discovery: any process with the same prefix gets the messages.
   return xml + fmt::format("</Locator><Prefix>{}</Prefix>", prefix);
 }
 
@@ -102,7 +102,7 @@ std::size_t shared_messages_held(std::size_t depth) noexcept {
 }
 
 std::size_t chunks_of_reader(std::size_t depth, std::size_t message_bytes) noexcept {
-  // And the one that is being received.
+  // Plus the message that is being received.
   return shared_queue_depth(depth, message_bytes) + shared_messages_held(depth) + 1;
 }
 

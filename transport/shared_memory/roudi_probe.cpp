@@ -52,7 +52,7 @@ class Probe {
 
   bool answers(std::uint64_t identity) {
     const std::lock_guard lock(mutex_);
-    if (owner_ != getpid()) socket_ = -1;  // this is a child, and the socket is its parent's
+    if (owner_ != getpid()) socket_ = -1;  // in a child, the socket is the parent's
     if (owner_ != getpid() || identity != identity_) reset();
     owner_ = getpid();
     identity_ = identity;
@@ -77,7 +77,7 @@ class Probe {
   bool register_at_roudi(SteadyTime limit) {
     socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     const sockaddr_un address = address_of(path());
-    unlink(address.sun_path);  // left by a killed process with the same number
+    unlink(address.sun_path);  // of a killed process with the same process id
     if (socket_ < 0 ||
         bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
       return false;
@@ -131,7 +131,7 @@ class Probe {
   std::mutex mutex_;
   pid_t owner_ = 0;
   std::uint64_t identity_ = 0;
-  int socket_ = -1;  // where an answer is awaited
+  int socket_ = -1;  // receives the answers
   bool is_registered_ = false;
   bool is_silent_ = false;
 };

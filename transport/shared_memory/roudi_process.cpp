@@ -50,8 +50,8 @@ constexpr std::size_t kManagementBytes = std::size_t{72} << 20;
 // size. Seen: nothing.
 constexpr std::size_t kMostPools = 32;
 constexpr auto kStartLimit = 20s;
-constexpr const char* kFolder = "takt_roudi_";  // the begin of its name
-constexpr auto kLockLimit = 2s;  // until another process lets go of a lock that it needs shortly
+constexpr const char* kFolder = "takt_roudi_";  // the beginning of its name
+constexpr auto kLockLimit = 2s;                 // for locks that are released shortly
 
 constexpr std::size_t chunk_bytes(std::size_t message_bytes) {
   return (message_bytes + kChunkOverhead + 7) / 8 * 8;
@@ -98,8 +98,8 @@ void remove_files() {
        {kRoudiSocket, "/tmp/roudi.lock", kRoudiLock, kRoudiManagement, segment.c_str()}) {
     unlink(file);
   }
-  // The sockets of clients that could not unregister, "iceoryx_rt_PID_TIME", and of the keeper's
-  // own probe of a RouDi that has died before it answered, "iceoryx_rt_PID_takt".
+  // Removes the sockets of clients that could not unregister, "iceoryx_rt_PID_TIME", and of the
+  // keeper's own probe of a RouDi that died before it answered, "iceoryx_rt_PID_takt".
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator("/tmp", ignored)) {
     int pid = 0;
@@ -110,12 +110,12 @@ void remove_files() {
   }
 }
 
-/// Where the keepers have theirs.
+/// Where keepers have their folders.
 fs::path place_of_folders() {
   return fs::temp_directory_path();
 }
 
-/// Those of our keepers that were killed: they belong to the RouDi before, as there is one.
+/// Folders of killed keepers: they belong to an earlier RouDi, as only one runs at a time.
 void remove_folders() {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(place_of_folders(), ignored)) {
@@ -133,7 +133,7 @@ std::string contents_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// RouDi without them ends with an assertion of its own.
+/// Throws Error when a mount is missing, with which RouDi would end by an assertion.
 void check_mounts() {
   if (access("/dev/shm", W_OK) != 0) {
     throw Error("shared memory cannot be used: " + errno_message(errno),
@@ -151,7 +151,7 @@ std::string last_line(std::string text) {
   return text.substr(text.rfind('\n') + 1);
 }
 
-/// RouDi, as a child of the keeper.
+/// RouDi, as a child process of the keeper.
 class Server {
  public:
   explicit Server(std::vector<ChunkPool> pools);
@@ -162,7 +162,7 @@ class Server {
   pid_t pid() const noexcept { return pid_; }
 
  private:
-  std::string folder_;  // of its configuration and its log
+  std::string folder_;  // for the configuration and log of RouDi
   pid_t pid_ = 0;
 };
 
@@ -172,13 +172,13 @@ Server::Server(std::vector<ChunkPool> pools) {
   std::size_t bytes = kManagementBytes;
   std::string configuration = "[general]\nversion = 1\n[[segment]]\n";
   for (const ChunkPool& pool : pools) {
-    // iceoryx adds its own header, of 64 bytes at most, to each.
+    // iceoryx adds a header of at most 64 bytes to each chunk.
     bytes += pool.chunks * (chunk_bytes(pool.message_bytes) + 64);
     configuration += fmt::format("[[segment.mempool]]\nsize = {}\ncount = {}\n",
                                  chunk_bytes(pool.message_bytes), pool.chunks);
   }
   check_mounts();
-  remove_files(), remove_folders();  // of a RouDi that was killed
+  remove_files(), remove_folders();  // those of a killed RouDi
   std::error_code failed;
   const fs::space_info space = fs::space("/dev/shm", failed);
   if (failed || space.available < bytes) {
@@ -203,11 +203,11 @@ Server::Server(std::vector<ChunkPool> pools) {
   }
 }
 
-// By SIGKILL: at SIGTERM it would first end all its clients, also those of other programs. Its
-// files are removed first, so that no more clients connect.
+// Kills by SIGKILL: at SIGTERM, RouDi would first end all its clients, also those of other
+// programs. Its files are removed first, so that no client connects any more.
 Server::~Server() {
   const pid_t holder = holder_of_roudi_lock();
-  if (holder == pid_ || holder == 0) remove_files();  // otherwise another RouDi has begun
+  if (holder == pid_ || holder == 0) remove_files();  // else another RouDi runs
   kill(pid_, SIGKILL);
   waitpid(pid_, nullptr, 0);
   std::error_code ignored;
@@ -251,11 +251,11 @@ std::string read_report(int report) {
 }  // namespace
 
 void RoudiProcess::LockFile::keep(int report, const LockFile& start, std::vector<ChunkPool> pools) {
-  // In a session of its own, away from Ctrl-C and a terminal that is closed.
+  // A session of its own: Ctrl-C or a closed terminal does not end the keeper.
   setsid();
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) std::signal(signal, SIG_IGN);
   prctl(PR_SET_NAME, "takt_roudi");
-  // Closes all other descriptors of its parent: its share of `users`, and pipes that another
+  // Closes the other inherited descriptors: the parent's share of `users`, and pipes that another
   // process reads to the end.
   constexpr unsigned kFirst = STDERR_FILENO + 1;
   const auto [lower, higher] =
@@ -286,11 +286,11 @@ RoudiProcess::RoudiProcess(const std::function<std::vector<ChunkPool>()>& pools)
     return pools();
   };
   std::optional<std::vector<ChunkPool>> wanted;
-  if (find_roudi().pid == 0) wanted = want();  // which takes long, so without a lock
+  if (find_roudi().pid == 0) wanted = want();  // slow, so before taking the lock
   const LockFile start("start"), keepers("keepers");
   start.check_owner();
   users_->check_owner();
-  // Another start needs longer only while its keeper starts RouDi.
+  // Another start holds the lock for longer only while its keeper starts RouDi.
   if (!start.lock_within(LOCK_EX, kLockLimit) &&
       (keepers.lock(LOCK_EX | LOCK_NB) || !start.lock_within(LOCK_EX, kStartLimit))) {
     throw Error("another run holds the lock with which one at a time starts RouDi",
@@ -302,7 +302,7 @@ RoudiProcess::RoudiProcess(const std::function<std::vector<ChunkPool>()>& pools)
   }
   pid_ = find_roudi().pid;
   if (pid_ != 0) return;         // if it cannot be used, joining reports why
-  if (!wanted) wanted = want();  // RouDi has ended since
+  if (!wanted) wanted = want();  // RouDi has ended since the first look
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) throw Error("no pipe: " + errno_message(errno));
   keeper_ = fork();
@@ -315,12 +315,12 @@ RoudiProcess::RoudiProcess(const std::function<std::vector<ChunkPool>()>& pools)
   throw Error(said.empty() ? "the process that starts RouDi has died" : said);
 }
 
-// What does not come free is not waited for: the keeper ends without us.
+// If a lock does not come free, the keeper ends without us.
 RoudiProcess::~RoudiProcess() {
   users_.reset();
   const LockFile start("start"), users("users"), keepers("keepers");
   if (!start.lock_within(LOCK_EX, kLockLimit)) return;
-  // Others hold shares of it, unless a keeper holds it exclusively.
+  // Other users hold shares of the lock, unless a keeper holds it exclusively.
   if (!users.lock(LOCK_EX | LOCK_NB) && users.lock(LOCK_SH | LOCK_NB)) return;
   users.lock(LOCK_UN);
   if (keepers.lock_within(LOCK_EX, kLockLimit) && keeper_ > 0) waitpid(keeper_, nullptr, 0);

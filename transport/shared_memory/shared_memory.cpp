@@ -29,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kDefaultConfiguration = "/etc/iceoryx/roudi_config.toml";
-constexpr std::size_t kDefaultLargestChunk = std::size_t{4} << 20;  // without any configuration
+constexpr std::size_t kDefaultLargestChunk = std::size_t{4} << 20;  // without a configuration file
 // Limit: bytes of RouDi's configuration file. At it: its pools are not known, and messages go by
 // UDP. Seen: the reason in the result.
 constexpr std::size_t kMostConfigurationBytes = 1 << 20;
@@ -39,11 +39,11 @@ std::string read_file(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// The largest `size` of a configuration file; nullopt: there is none, or it gives its memory to
-/// groups of users.
+/// The largest `size` in a configuration file; nullopt: there is no such file, or it has segments
+/// for groups of users.
 std::optional<std::size_t> largest_chunk(const fs::path& configuration) {
   std::istringstream file;
-  try {  // another process names it
+  try {  // untrusted input: another process names it
     file.str(read_text(configuration.string(), kMostConfigurationBytes));
   } catch (const Error&) {
     return std::nullopt;
@@ -63,7 +63,7 @@ std::optional<std::size_t> largest_chunk(const fs::path& configuration) {
   return largest;
 }
 
-/// What follows the option, as RouDi takes it: "-c FILE", "-cFILE", "--config-file=FILE", ….
+/// The value of an option in RouDi's syntax: "-c FILE", "-cFILE", "--config-file=FILE", ….
 std::optional<std::string> option(const std::vector<std::string>& words, const std::string& brief,
                                   const std::string& full) {
   for (std::size_t i = 1; i < words.size(); ++i) {
@@ -76,7 +76,8 @@ std::optional<std::string> option(const std::vector<std::string>& words, const s
   return std::nullopt;
 }
 
-/// What it was started with: how large its largest chunk is, and whether it can be used so.
+/// Reads RouDi's command line: the size of its largest chunk, and whether its options permit its
+/// use.
 void look_at_options(Roudi& roudi) {
   const fs::path process = fmt::format("/proc/{}", roudi.pid);
   if (read_file(process / "comm") != "iox-roudi\n") {
@@ -159,7 +160,7 @@ Roudi find_roudi() {
   struct stat socket {};
   roudi.pid = holder_of_roudi_lock();
   if (roudi.pid == 0 || stat(kRoudiSocket, &socket) != 0) return unusable("RouDi is not running");
-  // Of another user it could not answer us, and we would wait for ever.
+  // RouDi of another user cannot answer us, and we would wait for ever.
   if (socket.st_uid != geteuid() || socket.st_gid != getegid()) {
     return unusable(fmt::format("RouDi belongs to user {} and group {}, and we to {} and {}",
                                 socket.st_uid, socket.st_gid, geteuid(), getegid()));

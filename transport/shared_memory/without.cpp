@@ -1,5 +1,5 @@
-// A program of none.cpp alone, without the library: what a build with TAKT_SHARED_MEMORY=OFF has of
-// each function of iceoryx.hpp and shared_memory.hpp. One that is missing does not link.
+// A program of none.cpp alone, without the library, as a build with TAKT_SHARED_MEMORY=OFF has it.
+// If none.cpp lacks a function of iceoryx.hpp or shared_memory.hpp, it does not link.
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 
