@@ -13,10 +13,10 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// The service `/CONTAINER/get_statistics`. A container has it where it has
-/// SetCallbackParameters. All counts are since the start: rates and percentiles of an interval
-/// are the difference of two answers. It costs nothing while nobody asks, and the threads of
-/// executors never work for it.
+/// The service `/CONTAINER/get_statistics`. Each container that has
+/// SetCallbackParameters has it, too. All counts are since the start: rates and percentiles of an
+/// interval are the difference of two answers. It costs nothing while nobody asks, and the threads
+/// of executors never work for it.
 struct GetStatistics {
   /// A histogram: its buckets that are not empty.
   struct Times {

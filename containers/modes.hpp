@@ -34,7 +34,7 @@ namespace TAKT_INTERNAL takt {
 class Modes {
  public:
   enum class Cause : std::uint32_t { service, component, overrun };
-  // Limit: switches of which a container knows when they were. At it: the oldest is forgotten.
+  // Limit: mode switches that a container remembers. At it: the oldest is forgotten.
   // Seen: `mode_switches` of the result has as many.
   static constexpr std::size_t kMostSwitches = 1000;
 
@@ -42,7 +42,7 @@ class Modes {
 
   /// For components. Returns false if there is no such mode.
   bool request(std::string_view name) noexcept;
-  /// A callback overran, which leads to the mode of this number.
+  /// Call it when a callback overruns whose overrun leads to the mode of this number.
   void overrun(std::size_t mode) noexcept;
   /// For the service, which must call follow() afterwards. Throws Error, which lists the names, if
   /// there is no such mode.

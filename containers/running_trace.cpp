@@ -16,7 +16,7 @@ namespace takt {
 namespace {
 
 // Limit: executions that a container keeps for a timeline, of all its threads; they take 92 MB. At
-// it: each thread has room for fewer, but for a thousand. Seen: `overwritten` of the trace.
+// it: each thread has room for fewer, at least 1024. Seen: `overwritten` of the trace.
 constexpr std::size_t kMostTracedInAll = std::size_t{1} << 20;
 
 // Limit: threads of the machine that a trace of a container names. At it: others have numbers only.

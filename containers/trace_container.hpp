@@ -13,7 +13,7 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// The service `/CONTAINER/trace`. A container has it where it has GetStatistics.
+/// The service `/CONTAINER/trace`. Each container that has GetStatistics has it, too.
 /// 1. `start`: each thread of an executor records its last executions from now on, and the
 ///    container records context switches, where Linux permits that.
 /// 2. `stop`: recording ends, and the answer has the number of pages. Until `forget`, another
@@ -21,7 +21,7 @@ namespace TAKT_PUBLIC takt {
 /// 3. `read`: returns a page.
 /// 4. `forget`: the client has written the trace; before that, `start` is refused.
 struct TraceContainer {
-  // Limit: executions, and as many switches, of an answer. At it: the next one has the others.
+  // Limit: executions of an answer, and as many switches. At it: the next page has the others.
   // Seen: the number of pages.
   static constexpr std::size_t kMostOfPage = 1000;
 

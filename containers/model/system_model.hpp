@@ -104,7 +104,7 @@ struct SystemModel {
     std::string best_effort;  // why messages to it may be lost on their way; empty: they are not
     /// With `overrun: abort`: the chain instance ends if the callback takes longer.
     std::optional<Nanoseconds> given_up_after;
-    analysis::Count other_receivers = 0;  // of messages sent at once, beside one for each message
+    analysis::Count other_receivers = 0;  // of its messages, after the first one of each
     bool merges = false;                  // all triggers before it begins are served at once
     bool skips = false;  // of a timer: skips releases before the earlier one has ended
     /// If the callback takes longer, a handler of the user runs, for an unknown time.

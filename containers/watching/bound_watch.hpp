@@ -76,7 +76,7 @@ class BoundWatch {
   };
   struct Figures {
     std::map<int, std::uint64_t> page_faults;  // by thread
-    std::map<int, ThreadState> attributes;     // the same
+    std::map<int, ThreadState> attributes;     // by thread
     std::map<int, Ticks> ticks;                // by CPU
     RealtimeGrant granted;
     Nanoseconds turn{0};

@@ -26,7 +26,7 @@ class Scheduling {
   /// The recorded events.
   struct Seen {
     std::vector<Event> events;                   // by time
-    std::map<std::uint32_t, std::string> names;  // of threads that live still, or did at a switch
+    std::map<std::uint32_t, std::string> names;  // of threads that still exist at the end
     std::string missing;                         // what is missing, and why; empty: nothing
   };
 
