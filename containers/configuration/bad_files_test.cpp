@@ -57,7 +57,7 @@ std::string portable(std::string text) {
   return text;
 }
 
-std::string errors_of(const fs::path& file) {
+std::string errors_of_file(const fs::path& file) {
   try {
     read_system(file);
     return "no error\n";
@@ -77,7 +77,7 @@ TEST_P(WrongFile, YieldsTheMessageBesideIt) {
   provide_workload();
   const fs::path file = fs::path(TAKT_BAD_FILES) / GetParam();
   const fs::path beside = fs::path(file).replace_extension(".txt");
-  const std::string errors = errors_of(file);
+  const std::string errors = errors_of_file(file);
   EXPECT_NE(errors, "no error\n") << "a file of this collection is wrong";
   if (std::getenv("TAKT_RENEW_MESSAGES") != nullptr) std::ofstream(beside) << errors;
   ASSERT_TRUE(fs::exists(beside)) << "it needs " << beside;
