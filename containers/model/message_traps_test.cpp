@@ -1,6 +1,7 @@
 // What messages cost beside callbacks, and in which runs that was measured.
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
+#include <initializer_list>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -16,6 +17,16 @@ using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::ThrowsMessage;
+
+/// Of 10 s, in which each of these took 1 ms, and was called every 10 ms.
+MeasuredModel measured_run(std::initializer_list<const char*> callbacks) {
+  MeasuredModel result{.path = "m.yaml", .duration = 10s};
+  for (const char* name : callbacks) {
+    result.callbacks.push_back(
+        {.name = name, .executions = 9, .longest_execution = 1ms, .least_distances = {10ms}});
+  }
+  return result;
+}
 
 // What is sent at the end of a period leaves one after the other, and the last message is late.
 TEST(MessageTraps, SendingAtTheEndOfAPeriodTakesTime) {
@@ -46,13 +57,9 @@ chains: [{name: c, path: [s/s_timer, r/s]}]
 // In one process a message of 4 MB is a pointer: what was measured so was used for two.
 TEST(MessageTraps, AModelOfOneProcessIsNotOneOfTwo) {
   const auto text = [](const std::string& of_sender, const std::string& of_receiver) {
-    MeasuredModel measured{.path = "m.yaml", .duration = 10s};
+    MeasuredModel measured = measured_run({"/x/x_timer", "/y/x"});
     measured.executors = {{of_sender + "a", "events", "fifo", {"/x/x_timer"}},
                           {of_receiver + "b", "events", "fifo", {"/y/x"}}};
-    for (const char* name : {"/x/x_timer", "/y/x"}) {
-      measured.callbacks.push_back(
-          {.name = name, .executions = 9, .longest_execution = 1ms, .least_distances = {10ms}});
-    }
     return analyzed(two_processes("topics: {/x: {delay: {max: 1ms}}}\n"), &measured)
         .text_of("model_from_elsewhere");
   };
@@ -64,13 +71,9 @@ TEST(MessageTraps, AModelOfOneProcessIsNotOneOfTwo) {
 // The last receiver of a message destroys it; on other threads that is another one.
 TEST(MessageTraps, TheLastReceiverOfAMessageDestroysIt) {
   const auto found = [](const std::string& first, const std::string& second) {
-    MeasuredModel measured{.path = "m.yaml", .duration = 10s};
+    MeasuredModel measured = measured_run({"/x/tick", "/y/t", "/z/t"});
     measured.executors = {{first, "events", "fifo", {"/x/tick", "/y/t"}},
                           {second, "events", "fifo", {"/z/t"}}};
-    for (const char* name : {"/x/tick", "/y/t", "/z/t"}) {
-      measured.callbacks.push_back(
-          {.name = name, .executions = 9, .longest_execution = 1ms, .least_distances = {10ms}});
-    }
     return analyzed(R"(
 threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}, b: {policy: SCHED_FIFO, priority: 60, affinity: [1]}}
 machine: {cpus: [0, 1]}
@@ -92,12 +95,8 @@ chains: [{name: c, path: [x/tick, y/t]}]
 
 // A receiver that is not there any more, or gets something else, may have destroyed it.
 TEST(MessageTraps, AReceiverThatIsGoneDestroysNothing) {
-  MeasuredModel measured{.path = "m.yaml", .duration = 10s};
+  MeasuredModel measured = measured_run({"/x/tick", "/y/t"});
   measured.executors = {{"a", "events", "fifo", {"/x/tick", "/y/t"}}};
-  for (const char* name : {"/x/tick", "/y/t"}) {
-    measured.callbacks.push_back(
-        {.name = name, .executions = 9, .longest_execution = 1ms, .least_distances = {10ms}});
-  }
   const auto text = [&] {
     return analyzed(R"(
 threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}}
@@ -121,11 +120,7 @@ chains: [{name: c, path: [x/tick, y/t]}]
 // A subscription that the run did not have gets as many messages as the others of its topic got;
 // and if there was none, nobody knows how many are sent.
 TEST(MessageTraps, ANewSubscriptionGetsAllThatIsSent) {
-  MeasuredModel measured{.path = "m.yaml", .duration = 10s};
-  for (const char* name : {"/x/tick", "/y/t"}) {
-    measured.callbacks.push_back(
-        {.name = name, .executions = 9, .longest_execution = 1ms, .least_distances = {10ms}});
-  }
+  MeasuredModel measured = measured_run({"/x/tick", "/y/t"});
   const auto found = [&] {
     return analyzed(R"(
 threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}}
@@ -271,12 +266,8 @@ chains: [{{name: c, path: [m/m_timer]}}, {{name: x, path: [s/x_timer, l/x]}}]
 
 // On one thread nobody has to wait for a lock.
 TEST(MessageTraps, CallbacksOfOtherThreadsMayHoldALock) {
-  MeasuredModel measured{.path = "m.yaml", .duration = 10s};
+  MeasuredModel measured = measured_run({"/x/tick", "/y/t", "/z/t"});
   measured.executors = {{"a", "events", "fifo", {"/x/tick", "/y/t", "/z/t"}}};
-  for (const char* name : {"/x/tick", "/y/t", "/z/t"}) {
-    measured.callbacks.push_back(
-        {.name = name, .executions = 9, .longest_execution = 1ms, .least_distances = {10ms}});
-  }
   const auto text = [&](const char* other) {
     return analyzed(fmt::format(R"(
 threads: {{a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}, b: {{policy: SCHED_FIFO, priority: 60, affinity: [1]}}}}
