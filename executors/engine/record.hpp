@@ -71,7 +71,7 @@ struct CallbackRecord final : DispatchState, Observed, Sink {
   /// Sets the urgency and deadline that schedulers see: again when the callback is demoted or no
   /// longer so, and for each release with a deadline.
   void set_urgency() noexcept;
-  // As a sink.
+  // Called by the entity, whose sink the record is.
   void announce(const Arrival& arrival) noexcept override;
   bool takes_here() const noexcept override;
   void release_changed() noexcept override;
