@@ -51,22 +51,19 @@ std::optional<analysis::Count> ModelParts::seen_messages(std::size_t from, std::
 }
 
 const CallbackDescription* ModelParts::states_arrival(std::size_t index) const {
-  const CallbackDescription* result = nullptr;
-  std::size_t first = index;
+  std::optional<std::size_t> first;
   for (const std::size_t each : of_same_topic(index)) {
     const CallbackDescription& described = callbacks_[each]->described;
     if (!described.arrival) continue;
-    if (result == nullptr) {
-      result = &described;
-      first = each;
-    }
-    if (*result->arrival == *described.arrival) continue;
+    if (!first) first = each;
+    const CallbackDescription& stated = callbacks_[*first]->described;
+    if (*stated.arrival == *described.arrival) continue;
     throw Error(
         fmt::format("'{}' and '{}' get the same, and have another 'arrival' each",
-                    model_.system.callbacks[first].name, model_.system.callbacks[each].name),
-        fmt::format("state one for both, or correct that of {}", described.where), result->where);
+                    model_.system.callbacks[*first].name, model_.system.callbacks[each].name),
+        fmt::format("state one for both, or correct that of {}", described.where), stated.where);
   }
-  return result;
+  return first ? &callbacks_[*first]->described : nullptr;
 }
 
 bool ModelParts::comes_from_outside(std::size_t index) const {
@@ -241,9 +238,9 @@ std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool ha
     assume_of(index, "requests_are_answered", "{} never comes: each request is answered in time");
     return {};
   }
-  if (!arrivals && seen == nullptr && may_be_called) return ArrivalCurve::unknown();
-  // The assumption no_other_publishers covers subscriptions, services and clients.
-  if (!arrivals && seen != nullptr && may_be_called && !is_receiver) {
+  if (arrivals || !may_be_called) return arrivals;
+  if (seen == nullptr) return ArrivalCurve::unknown();
+  if (!is_receiver) {  // the others: no_other_publishers
     assume_unseen(fmt::format("something calls '{}'", model_.system.callbacks[index].name), index);
   }
   return arrivals;

@@ -303,8 +303,8 @@ std::vector<std::string> SimulatedBodies::notes() const {
   if (forgotten_ == 0) return {};
   return {fmt::format(
       "{} had waited for so long, behind more than {} other messages between processes or of "
-      "joins, "
-      "that the instances of chains that they belong to are known no more: these are not counted",
+      "joins, that the instances of chains that they belong to are known no more: these are not "
+      "counted",
       counted(forgotten_, "message"), ChainJoin::kMostJoined)};
 }
 
