@@ -16,6 +16,7 @@ set(takt_named_headers
     "rclcpp/subscription_options.hpp rclcpp/topic_statistics_state.hpp"
     "rclcpp/wait_set.hpp rclcpp/wait_result.hpp rclcpp/wait_result_kind.hpp"
     "rclcpp/context.hpp rclcpp/contexts/default_context.hpp"
+    "rclcpp/executor.hpp rclcpp/executor_options.hpp"
     "rclcpp/executors.hpp rclcpp/executors/multi_threaded_executor.hpp
      rclcpp/executors/single_threaded_executor.hpp rclcpp/executors/static_single_threaded_executor.hpp
      rclcpp/experimental/executors/events_executor/events_executor.hpp"
@@ -47,7 +48,7 @@ set(takt_refused_headers
 
 set(folder ${PROJECT_BINARY_DIR}/named_headers/include)
 foreach(words ${takt_named_headers})
-  separate_arguments(words)
+  separate_arguments(words UNIX_COMMAND "${words}")  # also at ends of lines
   list(POP_FRONT words header)
   foreach(name ${words})
     set(content "// The name that programs include for what is in ${header}.\n#pragma once\n#include \"${header}\"\n")

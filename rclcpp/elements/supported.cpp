@@ -3,6 +3,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "elements.hpp"
 
+// Names of other headers, the last of a line in named_headers.cmake, too.
+#include "rclcpp/create_service.hpp"
+#include "rclcpp/executor_options.hpp"
+#include "rclcpp/executors/multi_threaded_executor.hpp"
+#include "rclcpp/node_interfaces/get_node_base_interface.hpp"
+
 namespace rclcpp::elements::supported {
 
 // ---- A program ----
