@@ -165,8 +165,12 @@ void find_busy(std::vector<Part>& parts) {
   for (std::size_t round = 0; grows && round <= parts.size(); ++round) {
     grows = false;
     for (Part& part : parts) {
+      Time supplied = 0;  // in a longer window no less
       const Time busy = least_fixed_point(
-          [&](Time window) { return part.supply.time_for(demand_of({&part}, window), part.limit); },
+          [&](Time window) {
+            return supplied =
+                       part.supply.time_for(demand_of({&part}, window), part.limit, supplied);
+          },
           part.limit);
       if (busy == part.busy) continue;
       grows = true;

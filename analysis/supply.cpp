@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/analysis/supply.hpp"
 
+#include <algorithm>
+
 namespace takt::analysis {
 
-Time Supply::time_for(Time work, Time limit) const {
+Time Supply::time_for(Time work, Time limit, Time at_least) const {
   if (work <= 0) return 0;
   if (work > limit) return kUnbounded;
   if (period_ != 0) {
@@ -14,7 +16,8 @@ Time Supply::time_for(Time work, Time limit) const {
     };
     if (switches_ == nullptr) return granted_after(work);
     return least_fixed_point(
-        [&](Time window) { return granted_after(plus(work, switches_(window))); }, limit, work);
+        [&](Time window) { return granted_after(plus(work, switches_(window))); }, limit,
+        std::max(work, at_least));
   }
   if (above_ == nullptr && !is_throttled()) return work;
   return least_fixed_point(
@@ -24,7 +27,7 @@ Time Supply::time_for(Time work, Time limit) const {
         const Time periods = (window + granted_.period - 1) / granted_.period + further_;
         return plus(plus(work, above), times(periods, granted_.period - granted_.budget));
       },
-      limit, work);
+      limit, std::max(work, at_least));
 }
 
 }  // namespace takt::analysis

@@ -65,7 +65,8 @@ class Supply {
     return period_ == 0 && above_ == nullptr && !is_throttled();
   }
   /// The least time in the longest window that may have less than `work`. kUnbounded above `limit`.
-  Time time_for(Time work, Time limit) const;
+  /// `at_least`: a time that it is known not to be below, as for less work.
+  Time time_for(Time work, Time limit, Time at_least = 0) const;
 
  private:
   bool is_throttled() const noexcept { return is_throttled_ != nullptr && *is_throttled_; }

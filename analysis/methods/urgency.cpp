@@ -15,12 +15,8 @@ class Urgency final : public Method {
  public:
   Answer bound(const Path& path) const override {
     const Part& part = path.part;
-    if (part.executor.threads != 1) return Answer::none("several threads");
-    if (part.executor.is_wait_set) return Answer::none("a snapshot runs whole, whatever arrives");
-    if (part.executor.order != Order::by_urgency) return Answer::none("no order by urgency");
-    if (part.supply.has_equals()) return Answer::none("a thread of its priority shares its CPU");
-    if (!path.is_alone()) return Answer::none("something else sends to a callback of the path");
-
+    if (const char* const why_not = why_it_fails(path); why_not != nullptr)
+      return Answer::none(why_not);
     const Level level(path);
     const Source& own = part.sources[path.source];
     const Callback& last = part.at(path.last());
@@ -29,12 +25,7 @@ class Urgency final : public Method {
                                           [&](std::size_t a, std::size_t b) {
                                             return part.at(a).urgency >= part.at(b).urgency;
                                           }) == path.callbacks.end();
-    Time whole = 0;
-    for (const std::size_t callback : path.callbacks) {
-      whole =
-          plus(whole, times(part.at(callback).execution, part.executions(path.source, callback)));
-    }
-    whole = times(whole, own.messages);
+    const Time whole = level.of_path();
     const Time each =
         grows
             ? whole
@@ -46,27 +37,35 @@ class Urgency final : public Method {
                              times(whole - each, own.curve.most(window)));
       return plus(plus(before, mine), level.interference(window));
     };
-    const auto time_for = [&](Time work) { return part.supply.time_for(work, part.limit); };
+    const auto time_for = [&](Time work, Time at_least = 0) {
+      return part.supply.time_for(work, part.limit, at_least);
+    };
+    Time supplied = 0;  // in a longer window no less
     const Time busy = least_fixed_point(
         [&](Time window) {
-          return time_for(
-              plus(plus(before, times(whole, own.curve.most(window))), level.interference(window)));
+          const Time mine = plus(before, times(whole, own.curve.most(window)));
+          return supplied = time_for(plus(mine, level.interference(window)), supplied);
         },
         part.limit);
     if (busy >= kUnbounded) return Answer::none("more urgent callbacks leave nearly no time");
-    Time longest = 0, worst = 0;
+    // What arrives later begins and ends no earlier, so each search goes on from the one before.
+    Time longest = 0, worst = 0, begins = 1, until_begin = 0, until_end = 0;
     for (const Time offset : own.curve.steps(busy)) {
-      const Time begins = least_fixed_point(
-          [&](Time window) { return time_for(pending(offset, window) - (last.execution - 1)); },
-          part.limit);
+      begins = least_fixed_point(
+          [&](Time window) {
+            const Time work = pending(offset, window) - (last.execution - 1);
+            return until_begin = time_for(work, until_begin);
+          },
+          part.limit, begins);
       if (begins >= kUnbounded) return Answer::none("the response is longer than the limit");
-      const Time response = time_for(pending(offset, begins)) - offset;
+      until_end = time_for(pending(offset, begins), until_end);
+      const Time response = until_end - offset;
       if (response > longest) worst = offset;
       longest = std::max(longest, response);
     }
     std::vector<Term> terms;
     if (part.explains) {
-      const Time begins = longest + worst - last.execution + 1;
+      begins = longest + worst - last.execution + 1;
       terms = level.explained(begins, pending(worst, begins), before);
       part.finish(terms, longest, worst);
     }
@@ -74,6 +73,17 @@ class Urgency final : public Method {
   }
 
  private:
+  // nullptr: it does not.
+  static const char* why_it_fails(const Path& path) {
+    const Part& part = path.part;
+    if (part.executor.threads != 1) return "several threads";
+    if (part.executor.is_wait_set) return "a snapshot runs whole, whatever arrives";
+    if (part.executor.order != Order::by_urgency) return "no order by urgency";
+    if (part.supply.has_equals()) return "a thread of its priority shares its CPU";
+    if (!path.is_alone()) return "something else sends to a callback of the path";
+    return nullptr;
+  }
+
   /// The callbacks that are at least as urgent as the least urgent one of the path.
   class Level {
    public:
@@ -101,6 +111,15 @@ class Urgency final : public Method {
         caused = std::max(caused, behind(callback, 1));
       }
       return plus(part_.blocking(longest), caused);
+    }
+    /// Of all executions of the path that one arrival causes.
+    Time of_path() const {
+      Time result = 0;
+      for (const std::size_t each : path_.callbacks) {
+        result =
+            plus(result, times(part_.at(each).execution, part_.executions(path_.source, each)));
+      }
+      return times(result, part_.sources[path_.source].messages);
     }
     /// All others that arrive in the window.
     Time interference(Time window) const {

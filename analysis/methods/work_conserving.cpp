@@ -23,19 +23,26 @@ class WorkConserving final : public Method {
     const Time each = each_of_last(path);
     const auto last_of = [&](Time window) { return times(each, own.curve.most(window)); };
     const auto others = [&](Time window) { return part.demand(window) - last_of(window); };
-    const auto time_for = [&](Time work) { return part.supply.time_for(work, part.limit); };
-
-    const Time busy =
-        least_fixed_point([&](Time window) { return time_for(part.demand(window)); }, part.limit);
+    Time supplied = 0;  // in a longer window no less
+    const Time busy = least_fixed_point(
+        [&](Time window) {
+          return supplied = part.supply.time_for(part.demand(window), part.limit, supplied);
+        },
+        part.limit);
     if (busy >= kUnbounded) return Answer::none(part.why_overloaded());
     Time longest = 0, worst = 0;
+    // What arrives later ends no earlier, so each search goes on from the one before.
+    Time end = 1;
+    supplied = 0;
     for (const Time offset : own.curve.steps(busy)) {
-      const Time response = least_fixed_point(
-          [&](Time r) {
-            const Time window = r > last.execution ? offset + r - last.execution + 1 : offset + 1;
-            return std::max(Time{0}, time_for(plus(last_of(offset + 1), others(window))) - offset);
+      end = least_fixed_point(
+          [&](Time until) {
+            const Time window = std::max(until - last.execution, offset) + 1;
+            const Time work = plus(last_of(offset + 1), others(window));
+            return supplied = part.supply.time_for(work, part.limit, supplied);
           },
-          part.limit);
+          plus(part.limit, offset), std::max(end, offset + 1));
+      const Time response = end < kUnbounded ? end - offset : kUnbounded;
       if (response > longest) worst = offset;
       longest = std::max(longest, response);
     }
