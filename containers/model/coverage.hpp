@@ -25,6 +25,8 @@ struct CoverageEntry {
   std::string_view fact;
   Coverage coverage;
   std::string_view why;  // where it is used, why it cannot matter, or what no number covers
+  /// Whether no execution time depends on it, so that a run with another value tells the same.
+  bool is_free_in_run = false;
 };
 
 /// coverage_test.cpp compares the table with the keys of the reader and the fields of the
