@@ -35,15 +35,29 @@ SystemReader::Read KeyReader::into_duration(Nanoseconds& duration, std::function
   };
 }
 
+namespace {
+
+bool is_hexadecimal(std::string_view digits) {
+  constexpr std::size_t kDigits = 8;
+  return digits.size() == kDigits && digits.find_first_not_of("0123456789abcdef") == digits.npos;
+}
+
+}  // namespace
+
 SystemReader::Read KeyReader::into_accepted(Acceptances& accepted) {
   return each_in_map([this, &accepted](const Value& value) {
     if (is_describing()) return void(describes("text"));
-    if (assumption_kind(value.name) == nullptr) {
+    const auto [id, sentences] = split_accepted(value.name);
+    if (assumption_kind(id) == nullptr) {
       std::vector<std::string> ids;
       for (const AssumptionKind& kind : assumption_kinds()) ids.emplace_back(kind.id);
-      errors_.add(value.line, fmt::format("no assumption is called '{}'", value.name),
-                  suggest(value.name, ids));
+      errors_.add(value.line, fmt::format("no assumption is called '{}'", id),
+                  suggest(std::string(id), ids));
       return;
+    }
+    if (id.size() != value.name.size() && !is_hexadecimal(sentences)) {
+      errors_.add(value.line, fmt::format("'{}' stands for no sentences", value.name),
+                  fmt::format("write '{}@' and the 8 digits that `takt analyze` prints", id));
     }
     std::string& reason = accepted[value.name];
     into(reason)(value);

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+
+#include <fmt/format.h>
 
 namespace takt {
 namespace {
@@ -92,6 +95,20 @@ std::string_view to_string(Assumption::State state) noexcept {
       break;
   }
   return "not covered";
+}
+
+// FNV-1a: it tells sentences apart, and keeps nobody from accepting what nobody has read.
+std::string digest_of(const Assumption& assumption) {
+  std::uint32_t value = 0x811c9dc5;
+  for (const char letter : assumption.text)
+    value = (value ^ static_cast<unsigned char>(letter)) * 0x01000193;
+  return fmt::format("{:08x}", value);
+}
+
+std::pair<std::string_view, std::string_view> split_accepted(std::string_view key) noexcept {
+  const std::size_t end = key.find('@');
+  if (end == key.npos) return {key, {}};
+  return {key.substr(0, end), key.substr(end + 1)};
 }
 
 std::span<const AssumptionKind> assumption_kinds() {

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "takt/base/visibility.hpp"
 
@@ -26,6 +27,11 @@ struct Assumption {
   std::string accepted;  // the reason that the file gives; empty: the file does not accept it
 };
 std::string_view to_string(Assumption::State state) noexcept;
+/// What stands for the sentences of the assumption: "5f3a9c01". Others have another one.
+std::string digest_of(const Assumption& assumption);
+/// A key of `accept`: "as_measured", or "as_measured@5f3a9c01". The id, and what stands for the
+/// sentences that are accepted; empty: all.
+std::pair<std::string_view, std::string_view> split_accepted(std::string_view key) noexcept;
 
 /// One id, for `accept` in a file.
 struct AssumptionKind {

@@ -6,6 +6,7 @@
 
 #include "takt/containers/component.hpp"
 #include "takt/containers/model/bound_of_test.hpp"
+#include "takt/ros2/lifecycle_services.hpp"
 
 namespace takt::test {
 namespace {
@@ -40,6 +41,23 @@ class EntryReceiver : public Node {
 
  private:
   std::shared_ptr<void> subscription_;
+};
+
+/// What a server of the action `move` has for results: it releases the timer when they expire.
+class EntryActions : public Node {
+ public:
+  explicit EntryActions(const NodeOptions& options) : Node("actions", options) {
+    service_ = create_service<lifecycle_msgs::srv::ChangeState>("move/_action/get_result",
+                                                                [](const auto&, auto&) {});
+    expiry_ = create_timer(
+        "move_expiry", 1h, [] {}, nullptr, /*autostart=*/false);
+    others_ = create_timer(
+        "turn_expiry", 1h, [] {}, nullptr, /*autostart=*/false);
+  }
+
+ private:
+  std::shared_ptr<void> service_;
+  Timer::SharedPtr expiry_, others_;
 };
 
 /// Two components of an executor; the first callback of the first is the chain.
@@ -140,6 +158,22 @@ TEST(Keys, WhatIsSkippedIsLost) {
   EXPECT_THAT(why_lossy("abort"), HasSubstr("may take longer than 10ms, and its `overrun`"));
 }
 
+// It counted once an hour.
+TEST(Keys, ResultsOfActionsExpireWhenTheyLike) {
+  const auto why_not = [](const MeasuredModel* measured) {
+    return bound_of(
+               of_two(kOneThread, kTimer,
+                      "component: 'takt::test::EntryActions', callbacks: {move_expiry: {execution: "
+                      "1ms}, turn_expiry: {execution: 1ms}, move/_action/get_result: {execution: "
+                      "1ms}}"),
+               measured)
+        .why_not;
+  };
+  EXPECT_THAT(why_not(nullptr), HasSubstr("how often '/b/move_expiry' runs"));
+  const MeasuredModel measured{.duration = 10s, .callbacks = {{.name = "/b/move_expiry"}}};
+  EXPECT_EQ(why_not(&measured), "");
+}
+
 TEST(Keys, SimulatedTimeMayRunAtAnySpeed) {
   const auto with = [](const char* more) {
     return bound_of(of_two(kOneThread, kTimer,
@@ -156,3 +190,4 @@ TEST(Keys, SimulatedTimeMayRunAtAnySpeed) {
 
 TAKT_REGISTER_COMPONENT(takt::test::EntrySender, "has two timers")
 TAKT_REGISTER_COMPONENT(takt::test::EntryReceiver, "receives")
+TAKT_REGISTER_COMPONENT(takt::test::EntryActions, "a server of an action, as far as it matters")

@@ -387,6 +387,22 @@ container:
   EXPECT_EQ(model.system.callbacks[0].least_execution, Nanoseconds(4ms).count());
 }
 
+// Another callback, and sentences of it that nobody had read, were accepted with the others.
+TEST(Guarantee, WhoAcceptsSentencesAcceptsNoOthers) {
+  const auto with = [](const std::string& accepted) {
+    const Analyzed found = analyzed(with_keys("") + "accept: {" + accepted + "}\n");
+    const auto& all = found.chain().assumptions;
+    return *std::find_if(all.begin(), all.end(),
+                         [](const Assumption& each) { return each.id == "overheads_are_zero"; });
+  };
+  const std::string read = digest_of(with(""));
+  EXPECT_EQ(with("overheads_are_zero: 'seen'").accepted, "seen");
+  EXPECT_EQ(with(fmt::format("overheads_are_zero@{}: 'seen'", read)).accepted, "seen");
+  EXPECT_EQ(with("overheads_are_zero@00000000: 'seen'").accepted, "");
+  EXPECT_THROW(with("overheads_are_zero@: 'seen'"), Error);
+  EXPECT_THROW(with("overheads_are_zero@1234567G: 'seen'"), Error);
+}
+
 // Global EDF on two CPUs: the sum is below two, and the heavy one gets its runtime too late.
 TEST(Guarantee, ReservationsBeyondWhatGlobalEdfKeepsHaveNoBound) {
   const auto text = [](const char* heavy) {

@@ -264,6 +264,138 @@ chains: [{{name: c, path: [m/m_timer]}}, {{name: x, path: [s/x_timer, l/x]}}]
       HasSubstr("'edf' orders by a point in time that counts from when a message was sent"));
 }
 
+/// Two subscriptions of a topic that messages from outside come to, on a thread each: what is said
+/// of the second one counts for a chain of the first.
+Analyzed with_outside(const std::string& keys, const std::string& others,
+                      std::initializer_list<MeasuredCallback> seen = {}, const char* topic = "") {
+  const MeasuredModel measured{.path = "m.yaml", .duration = 10s, .callbacks = seen};
+  return analyzed(fmt::format(R"(
+topics: {{/x: {{depth: 100{}}}}}
+threads: {{a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}, b: {{policy: SCHED_FIFO, priority: 60, affinity: [1]}}}}
+machine: {{cpus: [0, 1]}}
+executors: {{a: {{type: events, threads: [a]}}, b: {{type: events, threads: [b]}}}}
+container:
+  components:
+    - {{component: takt::Workload, name: k, executor: a, parameters: {{subscriptions: {{topic: [x], work_us: [1000]}}}}, callbacks: {{x: {{{}}}}}}}
+    - {{component: takt::Workload, name: l, executor: b, parameters: {{subscriptions: {{topic: [x], work_us: [1000]}}}}, callbacks: {{x: {{{}}}}}}}
+chains: [{{name: k, deadline: 100ms, path: [k/x]}}]
+)",
+                              topic, keys, others),
+                  seen.size() != 0 ? &measured : nullptr, /*accepts_all=*/true);
+}
+
+/// What came to a callback from outside: so many, and so close.
+MeasuredCallback came(const char* name, std::uint64_t executions, Nanoseconds closest,
+                      std::uint64_t dropped = 0) {
+  return {.name = name,
+          .executions = executions,
+          .longest_execution = 100us,
+          .least_distances = {closest, closest + 10ms},
+          .dropped = dropped,
+          .uncaused = executions,
+          .uncaused_distances = {closest, closest + 10ms}};
+}
+
+// A receiver that lost some, came late or was not there knew less than the others.
+TEST(MessageTraps, WhatOneReceiverHasSeenComesToAll) {
+  const auto bound = [](std::initializer_list<MeasuredCallback> seen) {
+    return with_outside("priority: 1", "priority: 1", seen).bound();
+  };
+  EXPECT_EQ(bound({came("/k/x", 900, 5ms)}).bound, 1ms);
+  EXPECT_EQ(bound({came("/k/x", 900, 5ms), came("/l/x", 1000, 0ms)}).bound, 2ms);
+  EXPECT_EQ(bound({came("/k/x", 1000, 0ms), came("/l/x", 900, 5ms)}).bound, 2ms);
+  EXPECT_EQ(bound({came("/k/x", 1000, 5ms), came("/l/x", 100, 5ms, 900)}).bound, 1ms);
+  EXPECT_THAT(bound({came("/k/x", 100, 5ms), came("/l/x", 100, 5ms, 900)}).why_not,
+              HasSubstr("how often '/k/x' runs"));
+}
+
+TEST(MessageTraps, ARunThatRefutesAnArrivalRefutesItForAllReceivers) {
+  const auto verdict = [](Nanoseconds closest) {
+    return with_outside("priority: 1", "arrival: {period: 10ms}", {came("/l/x", 100, closest)})
+        .verdict();
+  };
+  EXPECT_EQ(verdict(10ms), Verdict::guaranteed);
+  EXPECT_EQ(verdict(2ms), Verdict::refuted);
+}
+
+TEST(MessageTraps, WhatAnotherProcessOfTheFileSendsRefutesNoArrival) {
+  std::string text = two_processes("topics: {/x: {delay: 1ms}}\n");
+  const std::string subscription = "subscriptions: {topic: [x], work_us: [100]}}";
+  text.insert(text.find(subscription) + subscription.size(),
+              ", callbacks: {x: {arrival: {period: 1s}}}");
+  const MeasuredModel measured{.duration = 10s, .callbacks = {came("/y/x", 500, 20ms)}};
+  EXPECT_EQ(verdict_of(text, &measured), Verdict::guaranteed);
+}
+
+// It counted where the file states the arrival, and not where a run has shown it.
+TEST(MessageTraps, WhatComesFromOutsideAgesAndIsKeptAwayHoweverItIsKnown) {
+  const auto why = [](const char* topic, Nanoseconds closest = 5ms) {
+    return with_outside("priority: 1", "", {came("/k/x", 100, closest)}, topic).bound().why_lossy;
+  };
+  EXPECT_EQ(why(""), "");
+  EXPECT_THAT(why(", lifespan: 500us"), HasSubstr("longer than their lifespan"));
+  EXPECT_THAT(why(", lifespan: 5ms, delay: 6ms"), HasSubstr("longer than their lifespan"));
+}
+
+TEST(MessageTraps, PromisesOfOneTopicAgree) {
+  const auto bound = [](const char* first, const char* second) {
+    return with_outside(first, second).bound().bound;
+  };
+  EXPECT_EQ(bound("period: 10ms", "period: 10ms"), 1ms);
+  EXPECT_THAT([&] { bound("period: 10ms", "period: 40ms"); },
+              ThrowsMessage<Error>(HasSubstr("'/l/x' has a 'period' of 40ms, and what it gets")));
+  EXPECT_EQ(bound("arrival: {period: 40ms}", "period: 10ms"), 1ms);
+  EXPECT_THAT([&] { bound("arrival: {period: 10ms}", "period: 40ms"); },
+              ThrowsMessage<Error>(HasSubstr("and what it gets has one of 10ms")));
+}
+
+// What is overwritten may have been sent at once.
+TEST(MessageTraps, WhereAllReceiversLoseSomeNobodyKnowsHowManyAreSent) {
+  MeasuredModel measured = measured_run({"/x/tick", "/y/t", "/z/t"});
+  measured.callbacks[0].causes = {{"/y/t", 1}, {"/z/t", 1}};
+  const auto text = [&](std::uint64_t first, std::uint64_t second) {
+    measured.callbacks[1].dropped = first;
+    measured.callbacks[2].dropped = second;
+    return analyzed(R"(
+threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}}
+machine: {cpus: [0]}
+executors: {a: {type: events, threads: [a]}}
+container:
+  components:
+    - {component: tricky::CodeSender, name: x, executor: a}
+    - {component: tricky::CodeReceiver, name: y, executor: a}
+    - {component: tricky::CodeReceiver, name: z, executor: a}
+chains: [{name: c, path: [x/tick, y/t]}]
+)",
+                    &measured)
+        .text_of("not_seen");
+  };
+  const auto sends = HasSubstr("'/x/tick' sends more than 1 message at once to '/y/t'");
+  EXPECT_THAT(text(0, 0), Not(sends));
+  EXPECT_THAT(text(3, 7), sends);
+}
+
+// A trace has no causes of other processes, so it does not show who sends, or how many at once.
+TEST(MessageTraps, ARunDoesNotShowWhatIsSentToAnotherProcess) {
+  MeasuredModel measured = measured_run({"/x/tick", "/y/t"});
+  measured.executors = {{"p1/a", "events", "fifo", {"/x/tick"}},
+                        {"p2/b", "events", "fifo", {"/y/t"}}};
+  const std::string text = analyzed(R"(
+topics: {/t: {delay: 1ms}}
+threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}, b: {policy: SCHED_FIFO, priority: 60, affinity: [1]}}
+machine: {cpus: [0, 1]}
+executors: {a: {type: events, threads: [a]}, b: {type: events, threads: [b]}}
+containers:
+  - {name: p1, components: [{component: tricky::CodeSender, name: x, executor: a}]}
+  - {name: p2, components: [{component: tricky::CodeReceiver, name: y, executor: b}]}
+chains: [{name: c, path: [x/tick, y/t]}]
+)",
+                                    &measured)
+                               .text_of("as_declared");
+  EXPECT_THAT(text, HasSubstr("each execution of '/x/tick' sends one message"));
+  EXPECT_THAT(text, HasSubstr("no thread that it has made"));
+}
+
 // On one thread nobody has to wait for a lock.
 TEST(MessageTraps, CallbacksOfOtherThreadsMayHoldALock) {
   MeasuredModel measured = measured_run({"/x/tick", "/y/t", "/z/t"});

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The arrivals at each callback. All subscriptions of a topic get the same, and all servers of a
-// service, also if the file or a run gives the arrivals of only one of them.
+// The arrivals at each callback.
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -23,58 +22,60 @@ std::vector<analysis::Time> times_of(const std::vector<Nanoseconds>& distances) 
   return result;
 }
 
+/// As close as any of these, of which there is one. Distances that are not listed add up from
+/// these, and are no longer than those of each curve.
+ArrivalCurve closest_of(const std::vector<ArrivalCurve>& curves) {
+  const ArrivalCurve& first = curves.front();
+  if (std::all_of(curves.begin(), curves.end(), [&](const auto& each) { return each == first; }))
+    return first;
+  std::vector<analysis::Time> distances;
+  for (std::size_t i = 0; i < MeasuredCallback::kMostDistances; ++i) {
+    const auto arrivals = static_cast<analysis::Count>(i) + 2;
+    analysis::Time least = analysis::kUnbounded;
+    for (const ArrivalCurve& each : curves) least = std::min(least, each.least_distance(arrivals));
+    distances.push_back(least);
+  }
+  return distances.back() > 0 ? ArrivalCurve::by_distances(std::move(distances))
+                              : ArrivalCurve::unknown();
+}
+
 }  // namespace
 
-std::vector<std::size_t> ModelParts::of_same_topic(std::size_t callback) const {
-  std::vector<std::size_t> result{callback};
-  const Entity& entity = *callbacks_[callback]->entity;
-  if (entity.kind() != EntityKind::subscription && entity.kind() != EntityKind::service)
-    return result;
-  for (std::size_t other = 0; other < callbacks_.size(); ++other) {
-    const Entity& its = *callbacks_[other]->entity;
-    if (other != callback && its.kind() == entity.kind() && its.topic() == entity.topic())
-      result.push_back(other);
+// The `period` of a callback that is no timer promises the minimum distance of its arrivals. It
+// counts only if no callback of the system sends to it, or if it lies on a cycle.
+std::optional<ModelParts::StatedArrival> ModelParts::stated_arrival(std::size_t index) const {
+  const ModelledTopic& topic = topics_.of(index);
+  std::optional<StatedArrival> found;
+  if (topic.states_arrival != nullptr) {
+    const CallbackDescription& described = topic.states_arrival->described;
+    found = StatedArrival{*described.arrival, "'arrival'", described.where};
   }
-  return result;
-}
-
-std::optional<analysis::Count> ModelParts::seen_messages(std::size_t from, std::size_t to) const {
-  const MeasuredCallback* const seen = measured(from);
-  if (seen == nullptr) return {};
-  std::optional<analysis::Count> most;
-  for (const std::size_t each : of_same_topic(to)) {
-    const auto found = seen->causes.find(model_.system.callbacks[each].name);
-    if (found == seen->causes.end()) continue;
-    most = std::max(most.value_or(1), static_cast<analysis::Count>(found->second));
-  }
-  return most;
-}
-
-const CallbackDescription* ModelParts::states_arrival(std::size_t index) const {
-  std::optional<std::size_t> first;
-  for (const std::size_t each : of_same_topic(index)) {
-    const CallbackDescription& described = callbacks_[each]->described;
-    if (!described.arrival) continue;
-    if (!first) first = each;
-    const CallbackDescription& stated = callbacks_[*first]->described;
-    if (*stated.arrival == *described.arrival) continue;
+  if (!topics_.senders(index).empty() && !in_circle_.contains(index)) return found;
+  for (const std::size_t each : topic.receivers) {
+    const ModelledProcess::Callback& callback = *callbacks_[each];
+    const auto period = callback.parameters().period;
+    if (!period || callback.entity->kind() == EntityKind::timer) continue;
+    if (!found) found = StatedArrival{{.period = *period}, "'period'", callback.described.where};
+    const Nanoseconds stated = found->arrival.period;
+    const bool is_as_stated = topic.states_arrival == nullptr
+                                  ? stated == *period
+                                  : stated == Nanoseconds::zero() || stated >= *period;
+    if (is_as_stated) continue;
     throw Error(
-        fmt::format("'{}' and '{}' get the same, and have another 'arrival' each",
-                    model_.system.callbacks[*first].name, model_.system.callbacks[each].name),
-        fmt::format("state one for both, or correct that of {}", described.where), stated.where);
+        fmt::format("'{}' has a 'period' of {}, and what it gets has one of {}",
+                    model_.system.callbacks[each].name, to_string(*period), to_string(stated)),
+        fmt::format("correct one of them ({})", callback.described.where.empty()
+                                                    ? "a callback group has it"
+                                                    : callback.described.where),
+        found->where);
   }
-  return first ? &callbacks_[*first]->described : nullptr;
+  return found;
 }
 
 bool ModelParts::comes_from_outside(std::size_t index) const {
   const EntityKind kind = callbacks_[index]->entity->kind();
   if (is_closed() || kind == EntityKind::timer || kind == EntityKind::waitable) return false;
-  if (states_arrival(index) != nullptr) return true;
-  const auto same = of_same_topic(index);
-  return std::any_of(same.begin(), same.end(), [this](std::size_t each) {
-    const MeasuredCallback* const seen = measured(each);
-    return seen != nullptr && seen->uncaused != 0;
-  });
+  return stated_arrival(index) || topics_.of(index).has_uncaused();
 }
 
 // All arrivals that a run has shown, whatever their cause; nullopt: none.
@@ -102,7 +103,8 @@ std::optional<ArrivalCurve> ModelBuilder::unexplained_arrivals(std::size_t index
   // The executions that a join explains: as many as its rarest input has.
   std::optional<std::uint64_t> joined;
   bool are_senders_known = measured_->lost_executions == 0, has_senders_outside = false;
-  for (std::size_t from = 0; from < callbacks_.size(); ++from) {
+  const std::set<std::size_t> once(topics_.senders(index).begin(), topics_.senders(index).end());
+  for (const std::size_t from : once) {
     for (const analysis::Output& output : model_.system.callbacks[from].outputs) {
       if (output.to != index) continue;
       const MeasuredCallback* const sender = measured(from);
@@ -129,31 +131,20 @@ std::optional<ArrivalCurve> ModelBuilder::unexplained_arrivals(std::size_t index
   return measured_arrivals(rest);
 }
 
-// A subscription that was not in the run, or came later, gets what the others of its topic got.
-std::optional<ArrivalCurve> ModelBuilder::seen_arrivals(std::size_t index, bool has_senders) const {
-  for (const std::size_t each : of_same_topic(index)) {
+// A receiver may have come late, or have lost messages, so each gets the closest that any got.
+std::optional<ArrivalCurve> ModelBuilder::seen_arrivals(std::size_t index) const {
+  const ModelledTopic& topic = topics_.of(index);
+  std::vector<ArrivalCurve> found;
+  for (const std::size_t each : topic.receivers) {
     const MeasuredCallback* const seen = measured(each);
-    if (seen == nullptr) continue;
-    const auto arrivals = has_senders ? unexplained_arrivals(each) : measured_arrivals(*seen);
-    if (arrivals) return arrivals;
+    const bool is_incomplete = seen != nullptr && seen->dropped != 0;
+    if (seen == nullptr || (is_incomplete && topic.lost_by_all() == 0)) continue;
+    const auto arrivals =
+        topics_.senders(each).empty() ? measured_arrivals(*seen) : unexplained_arrivals(each);
+    if (arrivals) found.push_back(*arrivals);
   }
-  return {};
-}
-
-// The `period` of a callback that is no timer promises the minimum distance of its arrivals. It
-// counts only if no callback of the system sends to it, or if it lies on a cycle.
-std::optional<ModelBuilder::StatedArrival> ModelBuilder::stated_arrival(std::size_t index,
-                                                                        bool has_senders) const {
-  if (const CallbackDescription* const stated = states_arrival(index))
-    return StatedArrival{*stated->arrival, "'arrival'", stated->where};
-  if (has_senders && !in_circle_.contains(index)) return {};
-  for (const std::size_t each : of_same_topic(index)) {
-    const ModelledProcess::Callback& callback = *callbacks_[each];
-    const auto period = callback.parameters().period;
-    if (period && callback.entity->kind() != EntityKind::timer)
-      return StatedArrival{{.period = *period}, "'period'", callback.described.where};
-  }
-  return {};
+  if (found.empty()) return {};
+  return closest_of(found);
 }
 
 // Measured arrivals that are closer than the file or the timer's period permits refute it.
@@ -175,8 +166,8 @@ void ModelBuilder::compare_arrivals(std::size_t index, const ArrivalCurve& promi
   }
 }
 
-ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const StatedArrival& stated,
-                                             bool has_senders) {
+ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const StatedArrival& stated) {
+  const bool has_senders = !topics_.senders(index).empty();
   const ArrivalDescription& arrival = stated.arrival;
   const ModelledProcess::Callback& callback = *callbacks_[index];
   const analysis::Callback& described = model_.system.callbacks[index];
@@ -191,9 +182,12 @@ ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const StatedArri
           ? ArrivalCurve::periodic(arrival.period.count(), arrival.jitter.count(),
                                    arrival.least_distance.count())
           : ArrivalCurve::by_distances(times_of(arrival.distances));
-  const MeasuredCallback* const seen = measured(index);
-  if (seen != nullptr) {
-    compare_arrivals(index, curve, has_senders ? seen->uncaused_distances : seen->least_distances,
+  for (const std::size_t each : topics_.of(index).receivers) {
+    const MeasuredCallback* const seen = measured(each);
+    // A trace has no causes of other processes, so these may be messages of the file.
+    if (seen == nullptr || !senders_elsewhere(each).empty()) continue;
+    const bool is_alone = topics_.senders(each).empty();
+    compare_arrivals(index, curve, is_alone ? seen->least_distances : seen->uncaused_distances,
                      stated.key);
   }
   assume({.id = "as_declared",
@@ -204,23 +198,26 @@ ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const StatedArri
           .name = "'" + described.name + "'",
           .source = declared_at(stated.where),
           .executor = described.executor});
-  if (const auto* const end = dynamic_cast<const SubscriptionBase*>(callback.entity.get())) {
-    const Nanoseconds its = end->qos().lifespan_duration;
-    auto& lifespan = model_.callbacks[index].lifespan;
-    if (!QoS::is_for_ever(its)) lifespan = std::min(lifespan.value_or(its), its);
-    const auto delay = description_.delays.find(end->topic());
-    Nanoseconds& way = model_.callbacks[index].longest_way;
-    if (delay != description_.delays.end()) way = std::max(way, delay->second.longest);
-  }
   return curve;
 }
 
+// However it is known that messages come from outside: they take their time, and age.
+void ModelBuilder::add_way_from_outside(std::size_t index) {
+  const auto* const end = dynamic_cast<const SubscriptionBase*>(callbacks_[index]->entity.get());
+  if (end == nullptr) return;
+  SystemModel::Callback& facts = model_.callbacks[index];
+  const Nanoseconds its = end->qos().lifespan_duration;
+  if (!QoS::is_for_ever(its)) facts.lifespan = std::min(facts.lifespan.value_or(its), its);
+  const auto delay = description_.delays.find(end->topic());
+  if (delay != description_.delays.end())
+    facts.longest_way = std::max(facts.longest_way, delay->second.longest);
+  if (!is_closed()) limit_depth(index);
+}
+
 // The arrivals at a callback, without messages from callbacks of the system; nullopt: none.
-std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool has_senders) {
+std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index) {
   const ModelledProcess::Callback& callback = *callbacks_[index];
-  if (const auto stated = stated_arrival(index, has_senders)) {
-    return declared_arrivals(index, *stated, has_senders);
-  }
+  if (const auto stated = stated_arrival(index)) return declared_arrivals(index, *stated);
   if (in_circle_.contains(index)) return ArrivalCurve::unknown();
   const EntityKind kind = callback.entity->kind();
   const MeasuredCallback* const seen = measured(index);
@@ -229,8 +226,8 @@ std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool ha
     if (seen != nullptr) compare_arrivals(index, curve, seen->least_distances, "period");
     return curve;
   }
-  const auto arrivals = seen_arrivals(index, has_senders);
-  if (has_senders) return arrivals;
+  const auto arrivals = seen_arrivals(index);
+  if (!topics_.senders(index).empty()) return arrivals;
   const bool is_receiver =
       kind == EntityKind::subscription || kind == EntityKind::service || kind == EntityKind::client;
   const bool may_be_called = !is_receiver || joins_dds();
@@ -239,7 +236,7 @@ std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool ha
     return {};
   }
   if (arrivals || !may_be_called) return arrivals;
-  if (seen == nullptr) return ArrivalCurve::unknown();
+  if (topics_.of(index).in_run.empty()) return ArrivalCurve::unknown();
   if (!is_receiver) {  // the others: no_other_publishers
     assume_unseen(fmt::format("something calls '{}'", model_.system.callbacks[index].name), index);
   }
@@ -247,16 +244,11 @@ std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool ha
 }
 
 void ModelBuilder::set_arrivals(std::size_t index) {
-  const bool has_senders =
-      std::any_of(model_.system.callbacks.begin(), model_.system.callbacks.end(),
-                  [&](const analysis::Callback& sender) {
-                    return std::any_of(sender.outputs.begin(), sender.outputs.end(),
-                                       [&](const auto& output) { return output.to == index; });
-                  });
   analysis::Callback& described = model_.system.callbacks[index];
-  described.arrivals = arrivals_of(index, has_senders);
+  described.arrivals = arrivals_of(index);
+  if (described.arrivals) add_way_from_outside(index);
   std::string& unknown = model_.system.executors[described.executor].unknown;
-  const bool may_run = described.arrivals || has_senders;
+  const bool may_run = described.arrivals || !topics_.senders(index).empty();
   may_run_.push_back(may_run);
   const CallbackDescription& stated = callbacks_[index]->described;
   if (!may_run && stated.waits && !stated.where.empty()) {

@@ -153,9 +153,16 @@ void AssumptionFinder::add_assumptions() {
   add_what_nodes_may_make();
   const auto accept = [](std::vector<Assumption>& all, const Acceptances& reasons) {
     for (Assumption& assumption : all) {
-      const auto reason = reasons.find(assumption.id);
-      const bool counts = assumption.state == State::unchecked && reason != reasons.end();
-      if (counts) assumption.accepted = reason->second;
+      if (assumption.state != State::unchecked) continue;
+      for (const auto& [key, reason] : reasons) {
+        const auto [id, sentences] = split_accepted(key);
+        if (id != assumption.id) continue;
+        if (sentences.empty() || sentences == digest_of(assumption)) {
+          assumption.accepted = reason;
+        } else {
+          assumption.source += fmt::format(", and `{}` accepts other sentences", key);
+        }
+      }
     }
   };
   model_.assumptions = assumptions(nullptr);
@@ -223,7 +230,7 @@ void AssumptionFinder::add_who_else_sends() {
                           kind == EntityKind::client;
     if (is_closed() && !process_of(i)->is_program) continue;
     assume_of(i, "no_other_publishers",
-              receives && states_arrival(i) != nullptr
+              receives && topics_.of(i).states_arrival != nullptr
                   ? "nothing comes to {} from outside of the file but what its `arrival` says"
               : receives ? "nobody outside of the file sends to {}"
                          : "nobody outside of the file receives what {} sends, which takes time");
@@ -268,6 +275,12 @@ void AssumptionFinder::add_what_others_may_change() {
        .name = {},
        .source = "nobody",
        .executor = {}});
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    if (!comes_from_outside(i) && senders_elsewhere(i).empty()) continue;
+    assume_of(i, "nothing_is_changed",
+              "nobody sets the wall clock, by which other processes say when they have sent what "
+              "comes to {}");
+  }
 }
 
 // A node that becomes active again gets the messages that have waited for it.
@@ -295,13 +308,15 @@ void AssumptionFinder::add_nodes_that_may_rest() {
 void AssumptionFinder::add_who_sends_besides() {
   for (std::size_t to = 0; to < callbacks_.size(); ++to) {
     if (callbacks_[to]->entity->kind() != EntityKind::subscription) continue;
-    const auto same = of_same_topic(to);
-    const bool was_seen = std::any_of(same.begin(), same.end(), [this](std::size_t each) {
-      const MeasuredCallback* const seen = measured(each);
-      return seen != nullptr && seen->executions != 0;
-    });
-    if (was_seen) continue;  // as_measured covers it
     for (const ModelledProcess& process : processes_) {
+      // What a thread sends would have been seen in its own process, with no cause: as_measured.
+      const auto& receivers = topics_.of(to).receivers;
+      const bool was_seen =
+          std::any_of(receivers.begin(), receivers.end(), [&](std::size_t receiver) {
+            const MeasuredCallback* const seen = measured(receiver);
+            return process_of(receiver) == &process && seen != nullptr && seen->executions != 0;
+          });
+      if (was_seen) continue;
       for (const ModelledProcess::Member& member : process.nodes) {
         if (takt::says_all(member)) continue;
         const auto publishing = member.node->publishing_callbacks(callbacks_[to]->entity->topic());
@@ -380,7 +395,9 @@ void AssumptionFinder::add_what_nobody_says() {
     }
     const auto& outputs = model_.system.callbacks[i].outputs;
     const bool are_seen = std::all_of(outputs.begin(), outputs.end(), [&](const auto& output) {
-      return seen_messages(i, output.to) || measured(output.to) != nullptr;
+      // A trace does not tell who has sent what comes from another process.
+      return process_of(output.to) == process_of(i) &&
+             (topics_.at_once(i, output.to) || measured(output.to) != nullptr);
     });
     if (outputs.empty() || (has_run && are_seen)) continue;
     add(callbacks_[i]->entity->kind() == EntityKind::service
@@ -450,6 +467,7 @@ void AssumptionFinder::add_what_nodes_may_make() {
       add("{} starts no process (`fork`, `system`), after which threads wait for copies of their "
           "pages, also of locked ones",
           {});
+      add("{} handles no signals: a handler runs on any thread, before its callback goes on", {});
       for (const auto& part : parts_of(process, member)) {
         add("{} makes no other callbacks later", part);
         assume({.id = "nothing_is_changed",

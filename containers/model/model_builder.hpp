@@ -18,6 +18,7 @@
 
 #include "takt/base/available_cpus.hpp"
 #include "takt/containers/component.hpp"
+#include "takt/containers/model/model_topics.hpp"
 #include "takt/containers/model/places.hpp"
 #include "takt/containers/model/system_model.hpp"
 
@@ -107,16 +108,17 @@ class ModelParts {
   bool is_closed() const {
     return !joins_dds() || (description_.dds && description_.dds->discovery == DiscoveryRange::off);
   }
-  /// The callback, then the other subscriptions of its topic, or servers of its service.
-  std::vector<std::size_t> of_same_topic(std::size_t callback) const;
-  /// The largest number of messages that one execution of `from` sent to `to`, or to another
-  /// subscription of its topic, in the measured run; nullopt: none was seen.
-  std::optional<analysis::Count> seen_messages(std::size_t from, std::size_t to) const;
-  /// The description that states the arrivals from outside: of the callback, or of another
-  /// subscription of its topic. nullptr: there is none. Throws Error if two differ.
-  const CallbackDescription* states_arrival(std::size_t callback) const;
+  /// The arrivals from outside that the file states for the topic of the callback: `arrival`, or
+  /// what a `period` promises. Throws Error if it states two that differ.
+  struct StatedArrival {
+    ArrivalDescription arrival;
+    const char* key;
+    SourceLine where;
+  };
+  std::optional<StatedArrival> stated_arrival(std::size_t callback) const;
   /// Whether messages come from outside, by the file or a run.
   bool comes_from_outside(std::size_t callback) const;
+  /// What the run says of the callback alone. Of what comes to it: topics_.
   const MeasuredCallback* measured(std::size_t callback) const {
     const auto found = measured_callbacks_.find(model_.system.callbacks[callback].name);
     return found != measured_callbacks_.end() ? found->second : nullptr;
@@ -136,6 +138,7 @@ class ModelParts {
   std::vector<ModelledPart> parts_;  // indexed as model_.system.executors
   std::map<std::tuple<const ModelledProcess*, std::string, const void*>, std::size_t> part_index_;
   std::vector<const ModelledProcess::Callback*> callbacks_;  // indexed as model_.system.callbacks
+  ModelTopics topics_;
   std::vector<ModelledThread> threads_;
   std::vector<Place> places_;
   std::set<std::size_t> in_circle_;                // callbacks
@@ -165,7 +168,7 @@ class MeasuredRun : public ModelParts {
   void find_executors_then();
   const MeasuredExecutor& executor_then(std::size_t callback) const { return *then_[callback]; }
   void add_new_neighbours();
-  bool had_other_receivers(std::size_t callback) const;
+  std::vector<bool> find_receivers_gone() const;
   void add_who_destroys();
   void add_how_it_sent(std::size_t callback);
   void add_other_processes(std::size_t callback);
@@ -255,8 +258,10 @@ class ModelBuilder : public ChainFinder {
     }
     add_publishers();
     cut_circles();
+    topics_.find_senders(model_.system);
     for (std::size_t i = 0; i < callbacks_.size(); ++i) set_arrivals(i);
     forget_outputs_of_dropped();
+    topics_.find_senders(model_.system);
     choose_who_paces_joins();
     for (const ModelledPart& part : parts_) set_order(part);
     pass_on_what_is_unknown();
@@ -302,22 +307,17 @@ class ModelBuilder : public ChainFinder {
   Nanoseconds sending(std::size_t callback);
   Nanoseconds taking(std::size_t callback);
   void add_waits(std::size_t callback);
-  struct StatedArrival {
-    ArrivalDescription arrival;
-    const char* key;
-    SourceLine where;
-  };
-  std::optional<StatedArrival> stated_arrival(std::size_t callback, bool has_senders) const;
-  analysis::ArrivalCurve declared_arrivals(std::size_t callback, const StatedArrival& stated,
-                                           bool has_senders);
+  analysis::ArrivalCurve declared_arrivals(std::size_t callback, const StatedArrival& stated);
+  void add_way_from_outside(std::size_t callback);
+  void limit_depth(std::size_t callback);
   void compare_arrivals(std::size_t callback, const analysis::ArrivalCurve& promised,
                         const std::vector<Nanoseconds>& seen, const char* what);
   bool is_timeout(const Entity& entity) const;
   bool is_periodic(std::size_t callback) const;
-  std::optional<analysis::ArrivalCurve> arrivals_of(std::size_t callback, bool has_senders);
+  std::optional<analysis::ArrivalCurve> arrivals_of(std::size_t callback);
   std::optional<analysis::ArrivalCurve> measured_arrivals(const MeasuredCallback& seen) const;
   std::optional<analysis::ArrivalCurve> unexplained_arrivals(std::size_t callback) const;
-  std::optional<analysis::ArrivalCurve> seen_arrivals(std::size_t callback, bool has_senders) const;
+  std::optional<analysis::ArrivalCurve> seen_arrivals(std::size_t callback) const;
   void choose_who_paces_joins();
   analysis::Time period_before(std::size_t callback) const;
   void set_order(const ModelledPart& part);

@@ -94,8 +94,8 @@ void ChainFinder::count_begun(const std::vector<std::size_t>& path,
 // If a chain begins with a message, the instance begins when that message is sent.
 analysis::Time ChainFinder::delay_before(std::size_t first) {
   analysis::Time longest = 0;
-  for (const analysis::Callback& from : model_.system.callbacks) {
-    for (const analysis::Output& output : from.outputs) {
+  for (const std::size_t from : topics_.senders(first)) {
+    for (const analysis::Output& output : model_.system.callbacks[from].outputs) {
       if (output.to == first) longest = std::max(longest, output.delay);
     }
   }
@@ -118,15 +118,12 @@ analysis::Time ChainFinder::delay_before(std::size_t first) {
 std::string ChainFinder::why_it_begins_before(std::size_t first) {
   const std::vector<analysis::Callback>& all = model_.system.callbacks;
   if (all[first].arrivals) return {};
-  for (std::size_t from = 0; from < all.size(); ++from) {
+  for (const std::size_t from : topics_.senders(first)) {
     if (process_of(from) != process_of(first) || nothing_passes_.contains({from, first})) continue;
-    if (std::any_of(all[from].outputs.begin(), all[from].outputs.end(),
-                    [&](const analysis::Output& output) { return output.to == first; })) {
-      return fmt::format(
-          "what comes to '{}' comes from '{}' in the same process, so no instance begins there: "
-          "begin the path with '{}' or before it",
-          all[first].name, all[from].name, all[from].name.substr(1));
-    }
+    return fmt::format(
+        "what comes to '{}' comes from '{}' in the same process, so no instance begins there: "
+        "begin the path with '{}' or before it",
+        all[first].name, all[from].name, all[from].name.substr(1));
   }
   return {};
 }
@@ -174,12 +171,7 @@ std::string ChainFinder::why_it_never_runs(std::size_t callback) {
     why = reason;
     finds_dropped_ = finds_dropped_ || is_dropped(link.first);
   }
-  for (std::size_t from = 0; from < callbacks_.size(); ++from) {
-    const auto& outputs = model_.system.callbacks[from].outputs;
-    if (std::none_of(outputs.begin(), outputs.end(),
-                     [&](const analysis::Output& output) { return output.to == callback; })) {
-      continue;
-    }
+  for (const std::size_t from : topics_.senders(callback)) {
     why = why_it_never_runs(from);
     if (why.empty()) return why_nothing_comes({callback});
   }

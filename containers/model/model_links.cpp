@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/counted.hpp"
 #include "takt/containers/model/model_builder.hpp"
 #include "takt/entities/subscription.hpp"
 
@@ -26,6 +27,9 @@ std::string service_of(const Entity& entity) {
 }  // namespace
 
 void ModelBuilder::link() {
+  std::vector<const MeasuredCallback*> seen;
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) seen.push_back(measured(i));
+  topics_ = ModelTopics(callbacks_, seen);
   for (std::size_t to = 0; to < callbacks_.size(); ++to) {
     const EntityKind kind = callbacks_[to]->entity->kind();
     if (kind == EntityKind::service) link_callers(to);
@@ -36,6 +40,7 @@ void ModelBuilder::link() {
     for (const analysis::Output& output : model_.system.callbacks[from].outputs)
       model_.callbacks[from].other_receivers += std::max<Count>(1, output.messages);
   }
+  topics_.find_senders(model_.system);
 }
 
 // Any callback of a node may call through the node's clients. A callback of a response counts only
@@ -48,7 +53,7 @@ void ModelBuilder::link_callers(std::size_t service) {
     for (std::size_t from = 0; from < callbacks_.size(); ++from) {
       if (callbacks_[from]->node != client->node) continue;
       const bool is_response = callbacks_[from]->entity->kind() == EntityKind::client;
-      if (seen_messages(from, service) || !(is_response || is_timeout(*callbacks_[from]->entity)))
+      if (topics_.at_once(from, service) || !(is_response || is_timeout(*callbacks_[from]->entity)))
         link(from, service, {name});
     }
   }
@@ -60,7 +65,7 @@ void ModelBuilder::link_answers(std::size_t client) {
     const Entity& entity = *callbacks_[from]->entity;
     const bool is_service = entity.kind() == EntityKind::service && service_of(entity) == name;
     if (is_service) link(answering(from), client, {name});
-    if (!is_service && seen_messages(from, client)) link(from, client, {name});
+    if (!is_service && topics_.at_once(from, client)) link(from, client, {name});
   }
 }
 
@@ -102,7 +107,7 @@ void ModelBuilder::link_publishers(std::size_t to) {
     const auto& names = publishing->names;
     const bool is_declared =
         std::find(names.begin(), names.end(), callbacks_[from]->entity->name()) != names.end();
-    const bool may_send = names.empty() || is_declared || seen_messages(from, to).has_value();
+    const bool may_send = names.empty() || is_declared || topics_.at_once(from, to).has_value();
     if (may_send && is_offered(*publishing, from, to)) {
       link(from, to, {topic, is_declared, publishing->joins});
     }
@@ -203,7 +208,7 @@ void ModelBuilder::add_publishers(const Node& node, const std::string& topic,
 void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
   const auto& callbacks = model_.system.callbacks;
   const MeasuredCallback* const seen = measured(from);
-  const auto messages = seen_messages(from, to);
+  const auto messages = topics_.at_once(from, to);
   const bool is_inside = process_of(from) == process_of(to);
   // A trace has no causes from other processes, and only the last input of a join.
   const bool would_be_seen = seen != nullptr && seen->executions != 0 && is_inside && !way.joins &&
@@ -220,6 +225,15 @@ void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
   }
   analysis::Output output{.to = to};
   if (messages) output.messages = *messages;
+  if (const std::uint64_t lost = topics_.of(to).lost_by_all();
+      lost != 0 && is_inside && !said_to_send(from)) {
+    assume_unseen(
+        fmt::format("'{}' sends more than {} at once to '{}', on whose topic {} lost",
+                    callbacks[from].name,
+                    counted(static_cast<std::size_t>(output.messages), "message"),
+                    callbacks[to].name, lost == 1 ? "1 was" : fmt::format("{} were", lost)),
+        to);
+  }
   output.waits = way.joins;
   if (output.waits) {  // choose_who_paces_joins() gives them to one input
     Count& most = joined_[to];
@@ -242,19 +256,22 @@ void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
               .executor = callbacks[to].executor});
     }
     const auto* const end = dynamic_cast<const SubscriptionBase*>(callbacks_[to]->entity.get());
-    if (!description_.dds || description_.dds->shared_memory != SharedMemory::off) {
-      // With shared memory, messages pass through another queue first, which limits the depth.
-      std::size_t& depth = model_.callbacks[to].depth;
-      depth = std::min(depth, kMostQueued);
-      auto& most = model_.system.callbacks[to].depth;
-      if (most) most = std::min(*most, static_cast<Count>(kMostQueued));
-    }
+    limit_depth(to);
     if (end != nullptr && end->qos().reliability == Reliability::best_effort) {
       model_.callbacks[to].best_effort = fmt::format(
           "messages on '{}' go to another process, and `best_effort` may lose them", way.topic);
     }
   }
   model_.system.callbacks[from].outputs.push_back(output);
+}
+
+// With shared memory, messages of other processes pass through another queue first.
+void ModelBuilder::limit_depth(std::size_t to) {
+  if (description_.dds && description_.dds->shared_memory == SharedMemory::off) return;
+  std::size_t& depth = model_.callbacks[to].depth;
+  depth = std::min(depth, kMostQueued);
+  auto& most = model_.system.callbacks[to].depth;
+  if (most) most = std::min(*most, static_cast<Count>(kMostQueued));
 }
 
 // Removes the links among callbacks on cycles, or between two cycles: their arrivals are unknown.
@@ -290,7 +307,7 @@ analysis::Time ModelBuilder::period_before(std::size_t callback) const {
   if (described.is_timer) return described.longest_gap;
   if (described.arrivals) return 0;
   analysis::Time least = kUnbounded;
-  for (std::size_t from = 0; from < callbacks_.size(); ++from) {
+  for (const std::size_t from : topics_.senders(callback)) {
     for (const analysis::Output& output : model_.system.callbacks[from].outputs) {
       if (output.to != callback) continue;
       if (output.waits) return 0;

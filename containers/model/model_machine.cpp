@@ -151,7 +151,9 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
       is_promised ? declared_at(line_of("a machine", "exclusive")) : "nobody";
   if (!executor.is_realtime && !executor.reservation) {
     add("nothing_else_runs", State::unchecked,
-        "nothing else runs on the CPUs of {}, and no control group limits them", promise);
+        "nothing else runs on the CPUs of {}, no control group limits them, and nobody stops them "
+        "(SIGSTOP, a debugger)",
+        promise);
     add("dds_threads_elsewhere", State::unchecked,
         "Takt's own threads and those of DDS need no time on the CPUs of {}", "nobody");
     return;
@@ -183,8 +185,9 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
   add("nothing_else_runs", if_watched(),
       joins_dds()
           ? "no other thread, nor one of DDS to which `CYCLONEDDS_URI` gives a priority, runs "
-            "before those of {} on their CPUs"
-          : "no other thread runs before those of {} on their CPUs",
+            "before those of {} on their CPUs, and nobody stops them (SIGSTOP, a debugger)"
+          : "no other thread runs before those of {} on their CPUs, and nobody stops them "
+            "(SIGSTOP, a debugger)",
       promise);
 }
 
@@ -253,12 +256,8 @@ std::optional<Sending> ModelParts::said_to_send(std::size_t index) const {
 
 std::vector<std::size_t> ModelParts::senders_elsewhere(std::size_t callback) const {
   std::vector<std::size_t> result;
-  for (std::size_t from = 0; from < callbacks_.size(); ++from) {
-    const auto& outputs = model_.system.callbacks[from].outputs;
-    const bool sends = process_of(from) != process_of(callback) &&
-                       std::any_of(outputs.begin(), outputs.end(),
-                                   [&](const auto& output) { return output.to == callback; });
-    if (sends) result.push_back(from);
+  for (const std::size_t from : topics_.senders(callback)) {
+    if (process_of(from) != process_of(callback)) result.push_back(from);
   }
   return result;
 }
@@ -355,14 +354,11 @@ void AssumptionFinder::add_overheads() {
 bool AssumptionFinder::gets_small_messages(std::size_t callback) const {
   if (callbacks_[callback]->entity->kind() == EntityKind::timer) return true;
   if (comes_from_outside(callback) || !senders_elsewhere(callback).empty()) return false;
-  for (std::size_t from = 0; from < callbacks_.size(); ++from) {
-    for (const analysis::Output& output : model_.system.callbacks[from].outputs) {
-      if (output.to != callback) continue;
-      const auto sent = said_to_send(from);
-      if (!sent || sent->bytes > kFewBytes) return false;
-    }
-  }
-  return true;
+  const auto& from = topics_.senders(callback);
+  return std::all_of(from.begin(), from.end(), [this](std::size_t each) {
+    const auto sent = said_to_send(each);
+    return sent && sent->bytes <= kFewBytes;
+  });
 }
 
 void AssumptionFinder::add_overheads_of_taking(std::size_t callback) {

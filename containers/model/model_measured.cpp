@@ -44,32 +44,25 @@ void MeasuredRun::add_new_neighbours() {
   }
 }
 
-// Whether a sender of the callback had other receivers in the run, which are not its receivers now.
-bool MeasuredRun::had_other_receivers(std::size_t callback) const {
+// By callback, whether it sent to receivers in the run that are not its receivers now.
+std::vector<bool> MeasuredRun::find_receivers_gone() const {
+  std::vector<bool> result;
   for (std::size_t from = 0; from < callbacks_.size(); ++from) {
     const MeasuredCallback* const seen = measured(from);
-    if (seen == nullptr) continue;
     std::set<std::string_view> now;
-    bool sends = false;
-    for (const analysis::Output& output : model_.system.callbacks[from].outputs) {
+    for (const analysis::Output& output : model_.system.callbacks[from].outputs)
       now.insert(model_.system.callbacks[output.to].name);
-      sends = sends || output.to == callback;
-    }
     const auto is_there = [&](const auto& cause) { return now.contains(cause.first); };
-    if (sends && !std::all_of(seen->causes.begin(), seen->causes.end(), is_there)) return true;
+    result.push_back(seen != nullptr &&
+                     !std::all_of(seen->causes.begin(), seen->causes.end(), is_there));
   }
-  return false;
+  return result;
 }
 
 // The last receiver of a message in a process destroys it; a receiver that wants a message of its
 // own gets it without a copy only if it is the last. A sender destroys the messages that it
 // overwrites. So the cost of each depends on the threads of the receivers.
 void MeasuredRun::add_who_destroys() {
-  std::map<std::pair<const ModelledProcess*, std::string>, std::vector<std::size_t>> topics;
-  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
-    if (callbacks_[i]->entity->kind() == EntityKind::subscription)
-      topics[{process_of(i), std::string(callbacks_[i]->entity->topic())}].push_back(i);
-  }
   const auto has_moved = [&](std::size_t i) {
     const std::string& then = executor_then(i).name;
     return !then.empty() &&
@@ -79,10 +72,20 @@ void MeasuredRun::add_who_destroys() {
     if (model_.callbacks[i].execution != Provenance::measured) return;
     assume_of(i, has_changed ? "model_from_elsewhere" : "as_measured", text, measured_source());
   };
-  for (const auto& [topic, receivers] : topics) {
+  const std::vector<bool> are_gone = find_receivers_gone();
+  std::vector<std::vector<std::size_t>> by_process;  // receivers of one topic in each
+  for (const ModelledTopic& topic : topics_.all()) {
+    if (callbacks_[topic.receivers.front()]->entity->kind() != EntityKind::subscription) continue;
+    std::map<const ModelledProcess*, std::vector<std::size_t>> of_topic;
+    for (const std::size_t each : topic.receivers) of_topic[process_of(each)].push_back(each);
+    for (auto& [process, receivers] : of_topic) by_process.push_back(std::move(receivers));
+  }
+  for (const auto& receivers : by_process) {
     const bool have_moved = std::any_of(receivers.begin(), receivers.end(), has_moved);
     for (const std::size_t receiver : receivers) {
-      const bool had_others = had_other_receivers(receiver);
+      const bool had_others =
+          std::any_of(topics_.senders(receiver).begin(), topics_.senders(receiver).end(),
+                      [&](std::size_t from) { return are_gone[from]; });
       if (receivers.size() == 1 && !had_others) break;
       assume_like(receiver, have_moved || had_others,
                   "{} destroys or copies no more of the messages that others receive, too, or did "

@@ -23,6 +23,9 @@ bool is_preemptive(const std::string& type) {
   return type == "preemptive";
 }
 
+// Of another machine: 100 Hz, the slowest that Linux is built with.
+constexpr Nanoseconds kLongestTick = std::chrono::milliseconds(10);
+
 std::optional<Nanoseconds> some(Nanoseconds time) {
   return time != Nanoseconds::zero() ? std::optional(time) : std::nullopt;
 }
@@ -241,10 +244,12 @@ void ModelBuilder::place_threads() {
   const RealtimeGrant granted = stated ? RealtimeGrant{.runtime = *stated} : realtime_grant();
   if (granted.is_limited()) {
     // The kernel checks only once a tick whether the budget is used up, or others have had theirs.
-    const Nanoseconds less = granted.runtime - scheduler_tick();
+    const Nanoseconds tick = machine_.is_known ? scheduler_tick() : kLongestTick;
+    const Nanoseconds less = granted.runtime - tick;
     model_.system.for_realtime = {.budget = std::max<analysis::Time>(1, less.count()),
                                   .period = granted.period.count()};
-    model_.system.may_come_twice = fair_server() != Nanoseconds::zero();
+    model_.system.may_come_twice =
+        !machine_.is_known || machine_.fair_server != Nanoseconds::zero();
   }
 }
 

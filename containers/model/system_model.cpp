@@ -31,11 +31,24 @@ namespace {
 // for less.
 constexpr Nanoseconds kShortWait = std::chrono::microseconds(100);
 
-/// The name that Node::create_client gives to the timer: "/arm/move" → "arm_move_timeout".
-std::string timeout_name_of(std::string name) {
+/// The name that clients and action servers give to their timers: "/arm/move" → "arm_move".
+std::string flat_name_of(std::string name) {
   name.erase(0, std::min(name.find_first_not_of("/~"), name.size()));
   std::replace(name.begin(), name.end(), '/', '_');
-  return name + "_timeout";
+  return name;
+}
+
+// Whether the timer is an action server's, for results that nobody has asked for long enough: the
+// library cancels it at once, and releases it when results expire.
+bool is_expiry(const Entity& entity, const Node& node) {
+  const auto* const timer = dynamic_cast<const Timer*>(&entity);
+  if (timer == nullptr || !timer->is_canceled()) return false;
+  const auto& all = node.entities();
+  return std::any_of(all.begin(), all.end(), [&](const auto& other) {
+    const std::size_t end = other->name().rfind("/_action/get_result");
+    return other->kind() == EntityKind::service && end != std::string::npos &&
+           entity.name() == flat_name_of(other->name().substr(0, end)) + "_expiry";
+  });
 }
 
 }  // namespace
@@ -52,12 +65,12 @@ bool ModelBuilder::is_timeout(const Entity& entity) const {
   return std::any_of(callbacks_.begin(), callbacks_.end(), [&](const auto* other) {
     return other->entity->kind() == EntityKind::client &&
            other->entity->group() == entity.group() &&
-           entity.name() == timeout_name_of(other->entity->name());
+           entity.name() == flat_name_of(other->entity->name()) + "_timeout";
   });
 }
 
-// Not periodic: alarms and time-outs of the library, timers whose releases a component sets, and
-// timers in simulated time, which may run at any speed.
+// Not periodic: alarms, time-outs and expiries of the library, timers whose releases a component
+// sets, and timers in simulated time, which may run at any speed.
 bool ModelBuilder::is_periodic(std::size_t callback) const {
   const Entity& entity = *callbacks_[callback]->entity;
   const auto* timer = dynamic_cast<const Timer*>(&entity);
@@ -66,7 +79,7 @@ bool ModelBuilder::is_periodic(std::size_t callback) const {
   const auto simulated = timer->clock().as_simulated();
   if (simulated != nullptr && simulated->simulates()) return false;
   const bool is_alarm = entity.name().find('/') != std::string::npos;  // no user's name has one
-  return !is_alarm && !is_timeout(entity);
+  return !is_alarm && !is_timeout(entity) && !is_expiry(entity, *callbacks_[callback]->node);
 }
 
 // The speeds of the slowest and the fastest CPU that the executor's threads may use.

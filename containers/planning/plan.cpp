@@ -137,7 +137,8 @@ std::vector<Chain::Step> filled(const std::vector<Chain::Step>& named, const Sys
     if (paths.empty()) {
       throw Error(
           fmt::format("no messages go from {} to {}", to_string(path.back()), to_string(named[i])),
-          "name callbacks that follow each other, or correct the topics");
+          "name callbacks that follow each other, or correct the topics; requests to services and "
+          "their answers are no steps of a chain");
     }
     if (paths.size() > 1) {
       const auto text = [](const std::vector<Chain::Step>& candidate) {

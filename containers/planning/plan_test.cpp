@@ -119,7 +119,8 @@ TEST(Chains, AutoTakesAShorterPeriodForMoreCritical) {
 TEST(Chains, ThatDoNotConnectAreErrorsWithTheirLine) {
   EXPECT_THAT(making_errors(file_with("chains:\n  - {name: c, path: [source/timer, apart/w]}\n")),
               AllOf(HasSubstr("robot.yaml:11: chain 'c'"),
-                    HasSubstr("no messages go from /source/timer to /apart/w")));
+                    HasSubstr("no messages go from /source/timer to /apart/w"),
+                    HasSubstr("requests to services and their answers are no steps")));
 }
 
 TEST(Chains, ThatMayGoSeveralWaysAreErrorsThatTellThem) {

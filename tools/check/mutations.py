@@ -119,7 +119,7 @@ MUTATIONS = {
         "containers/model/places.cpp", "«m - (m - 1) * greatest»",
         "m", GUARANTEES),
     "a timer that is cancelled never comes": (
-        "containers/model/system_model.cpp", "‹return !is_alarm && !is_timeout(entity);›",
+        "containers/model/system_model.cpp", "‹return !is_alarm && !is_timeout(entity) && !is_expiry(entity, *callbacks_[callback]->node);›",
         "return !is_alarm && !timer->is_canceled();", GUARANTEES),
     "arrivals that a run refutes are ignored": (
         "containers/model/model_arrivals.cpp", "‹if (least <= seen[i].count()) continue;›",
@@ -170,7 +170,7 @@ MUTATIONS |= {
           for policy in ("reliability", "durability", "liveliness", "deadline", "lease_duration")],
         ("QoS: depth", THREADS, "facts.depth = «end->qos().depth»;", "std::size_t{0}"),
         ("publisher options: loans", LINKS, "if («loans == 0») return;", "true"),
-        ("publisher options: published_by", LINKS, "may_send = «names.empty() || is_declared || seen_messages(from, to).has_value()»;", "true"),
+        ("publisher options: published_by", LINKS, "may_send = «names.empty() || is_declared || topics_.at_once(from, to).has_value()»;", "true"),
         ("publisher options: joins", LINKS, "output.waits = «way.joins»;", "false"),
         ("trigger options: most_outputs", LINKS, "«outputs[i] <= most» ||", "true"),
         ("an executor type: readiness", THREADS, "executor.is_wait_set = «traits.readiness == Readiness::wait_set»;", "false"),
@@ -253,8 +253,8 @@ MUTATIONS |= {
          "plus(times(steps - 1, snapshot), until_last)"),
         ("a reservation never waits", "supply.cpp", "blackout = «period_ - budget_»", "0"),
         ("others arrive only before", "methods/work_conserving.cpp",
-         "«offset + r - last.execution + 1»",
-         "offset + 1"),
+         "«std::max(until - last.execution, offset)»",
+         "offset"),
         ("a shorter way", "methods/work_conserving.cpp", "count = «times(count, messages)»",
          "path.part.executions(path.source, path.last())"),
         ("equal priorities of threads", "system.hpp",

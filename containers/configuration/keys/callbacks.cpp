@@ -87,6 +87,15 @@ SystemReader::Read CallbackReader::into_arrival(std::optional<ArrivalDescription
       if (described.distances.empty() == (described.period == Nanoseconds::zero())) {
         throw Error("an arrival has either a period or distances", "write one of them");
       }
+      if (!described.distances.empty() &&
+          described.jitter + described.least_distance != Nanoseconds::zero()) {
+        throw Error("an arrival that has distances has all in them", "leave out the other keys");
+      }
+      if (described.distances.empty() && described.least_distance > described.period) {
+        throw Error(fmt::format("no two arrivals are closer than {}, and one comes every {}",
+                                to_string(described.least_distance), to_string(described.period)),
+                    "write a least distance of the period at most");
+      }
     });
   };
 }

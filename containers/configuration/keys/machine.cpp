@@ -29,6 +29,13 @@ void MachineReader::read(const Value& value) {
         "A promise: nothing but this system runs on these CPUs. Without it, there are no bounds "
         "for threads that are not real-time ones.",
         into(machine.is_exclusive)}});
+  const std::vector<int>& cpus = machine.cpus;
+  for (const auto& [cpu, speed] : machine.speed) {
+    if (cpus.empty() || std::find(cpus.begin(), cpus.end(), cpu) != cpus.end()) continue;
+    errors_.add(document::find(value, "speed")->line,
+                fmt::format("CPU {} has a speed, and is none of `machine: cpus`", cpu),
+                fmt::format("choose from {}", fmt::join(cpus, ", ")));
+  }
 }
 
 void MachineReader::read_overheads(const Value& value) {
@@ -107,7 +114,11 @@ void MachineReader::read_speed(const Value& value) {
                 "write a number of 0.001 to 1000; 0.5 makes executions twice as long");
     return;
   }
-  system_.machine.speed.try_emplace(cpu, speed);
+  if (!system_.machine.speed.try_emplace(cpu, speed).second) {
+    errors_.add(value.line,
+                fmt::format("'{}' is CPU {}, which has a speed already", value.name, cpu),
+                "name each CPU once");
+  }
 }
 
 SystemReader::Read MachineReader::into_rt_runtime(std::optional<Nanoseconds>& runtime) {

@@ -110,6 +110,7 @@ json assumption_json(const AnalyzedFile& file, const Assumption& assumption) {
           {"text", assumption.text},
           {"source", assumption.source},
           {"state", to_string(assumption.state)},
+          {"sentences", digest_of(assumption)},
           {"check", text(check_here(file, assumption))},
           {"remedy", text(remedy_here(file, assumption))},
           {"accepted", text(assumption.accepted)}};
@@ -197,7 +198,9 @@ void print_missing(const AnalyzedFile& file, const SystemModel::Chain& chain,
     const bool may_accept =
         assumption->state == Assumption::State::unchecked && assumption->accepted.empty();
     if (!may_accept && remedy.empty()) continue;
-    const std::string accept = fmt::format("`accept: {{{}: 'why it holds'}}`", assumption->id);
+    const std::string accept =
+        fmt::format("`accept: {{{}: 'why it holds'}}`, or {}@{} for no other sentences than these",
+                    assumption->id, assumption->id, digest_of(*assumption));
     rt::print("    → {}{}{}\n", remedy, may_accept && !remedy.empty() ? "; or " : "",
               may_accept ? accept : "");
   }
