@@ -35,6 +35,13 @@ void CallbackReader::read_callback(const Value& value, ComponentDescription& com
                     "When it publishes during an execution, for `takt analyze`: `end`, or `any`.",
                     into(callback.publishes_at_end, {{"end", true}, {"any", false}})});
   read_callback_map(value, "a callback", fields, callback.parameters);
+  const auto& budget = callback.parameters.budget;
+  if (callback.execution && budget && callback.execution->least > *budget) {
+    errors_.add(value.line,
+                fmt::format("'{}' takes {} at least, and has a budget of {}", value.name,
+                            to_string(callback.execution->least), to_string(*budget)),
+                "correct one of them");
+  }
   component.callbacks.try_emplace(value.name, std::move(callback));
 }
 
