@@ -109,12 +109,8 @@ MUTATIONS = {
     "ignored: a reserved thread: main": (
         "containers/model/model_coverage.cpp", "‹  if (!is_realtime(own.policy)) return;›",
         "  return;", GUARANTEES),
-    "best effort is ignored": (
-        "containers/model/model_links.cpp", "«end->qos().reliability == Reliability::best_effort»",
-        "false", GUARANTEES),
-    "ignored: QoS: lifespan": (
-        "containers/model/model_bounds.cpp", "«facts.lifespan» &&",
-        "false", GUARANTEES),
+    "best effort is ignored": ("containers/model/model_links.cpp", "«end->qos().reliability == Reliability::best_effort»", "false", GUARANTEES),
+    "ignored: QoS: lifespan": ("containers/model/model_bounds.cpp", "«facts.lifespan» &&", "false", GUARANTEES),
     "global EDF keeps what the kernel admits": (
         "containers/model/places.cpp", "«m - (m - 1) * greatest»",
         "m", GUARANTEES),
@@ -155,6 +151,10 @@ MUTATIONS = {
     "the start is over": (
         "containers/model/model_assumptions.cpp", "«end->qos().durability == Durability::transient_local»",
         "false", GUARANTEES),
+    "what receivers lost, others got": ("containers/model/model_arrivals.cpp", "is_incomplete && «topic.lost_by_all() == 0»", "true", GUARANTEES),
+    "a run shows what goes to other processes": ("containers/model/model_assumptions.cpp", "return «process_of(output.to) == process_of(i)» &&", "true", GUARANTEES),
+    "sentences that nobody has read": ("containers/model/model_assumptions.cpp", "«sentences == digest_of(assumption)»", "true", GUARANTEES),
+    "results of actions expire hourly": ("containers/model/system_model.cpp", "«!is_expiry(entity, *callbacks_[callback]->node)»", "true", GUARANTEES),
     "what nobody checks is guaranteed": (
         "containers/model/model_chains.cpp", "«missing(chain, bound).empty()» ? Verdict::guaranteed", "true", GUARANTEES),
 }
