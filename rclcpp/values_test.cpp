@@ -4,6 +4,7 @@
 
 #include "rclcpp_test.hpp"
 #include "rcpputils/env.hpp"
+#include "rcpputils/rolling_mean_accumulator.hpp"
 #include "rcpputils/shared_library.hpp"
 
 namespace rclcpp {
@@ -167,6 +168,14 @@ TEST(Rcpputils, VariablesOfTheEnvironmentAreSetAndRead) {
   EXPECT_TRUE(rcpputils::set_env_var("OF_THIS_TEST", nullptr));
   EXPECT_EQ(rcpputils::get_env_var("OF_THIS_TEST"), "");
   EXPECT_THROW(rcpputils::set_env_var("", "1"), std::runtime_error);
+}
+
+TEST(Rcpputils, TheMeanIsThatOfTheLastValues) {
+  rcpputils::RollingMeanAccumulator<double> mean(3);
+  mean.accumulate(3);
+  EXPECT_EQ(mean.getRollingMean(), 3);
+  for (const double value : {1, 2, 6}) mean.accumulate(value);
+  EXPECT_EQ(mean.getRollingMean(), 3);
 }
 
 TEST_F(Values, ALibraryThatIsNotThereIsSaidByName) {

@@ -142,19 +142,28 @@ macro(takt_ros2_uses)
   endforeach()
 endmacro()
 
-# takt_ros2_library(package [TARGETS name…] [USES package…]): its headers are the layer's. The macro that
-# registers a component also registers it with class_loader.
+# takt_ros2_library(package [TARGETS name…] [USES package…] [MAY_USE package…]): its headers are the layer's. The macro
+# that registers a component also registers it with class_loader. MAY_USE: what ROS 2's links, if the workspace has it.
 macro(takt_ros2_library package)
-  cmake_parse_arguments(takt_ros2_library "" "" "TARGETS;USES" ${ARGN})
-  set(takt_ros2_class_loader "")
-  if("class_loader" IN_LIST takt_ros2_library_USES)
-    set(takt_ros2_class_loader class_loader::class_loader)
-  endif()
+  cmake_parse_arguments(takt_ros2_library "" "" "TARGETS;USES;MAY_USE" ${ARGN})
+  set(takt_ros2_linked takt::takt_rclcpp takt::ros_messages)
+  foreach(takt_ros2_name class_loader rclcpp)
+    if(takt_ros2_name IN_LIST takt_ros2_library_USES)
+      list(APPEND takt_ros2_linked ${takt_ros2_name}::${takt_ros2_name})
+    endif()
+  endforeach()
   foreach(takt_ros2_name ${package} ${takt_ros2_library_TARGETS})
-    takt_ros2_target(${package}::${takt_ros2_name} takt::takt_rclcpp takt::ros_messages ${takt_ros2_class_loader})
+    takt_ros2_target(${package}::${takt_ros2_name} ${takt_ros2_linked})
   endforeach()
   takt_ros2_found(${package})
+  set(takt_ros2_${package}_may_use ${takt_ros2_library_MAY_USE})  # those that are found parse arguments of their own
   takt_ros2_uses(${takt_ros2_library_USES})
+  foreach(takt_ros2_name ${takt_ros2_${package}_may_use})
+    find_package(${takt_ros2_name} QUIET)
+    if(${takt_ros2_name}_FOUND)
+      set_property(TARGET ${package}::${package} APPEND PROPERTY INTERFACE_LINK_LIBRARIES ${${takt_ros2_name}_TARGETS})
+    endif()
+  endforeach()
 endmacro()
 
 # takt_ros2_messages(package [USES package…])

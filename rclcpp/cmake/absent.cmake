@@ -16,12 +16,13 @@ set(takt_ros2_absent_source
     "github.com/moveit/moveit_msgs moveit_msgs"
     "github.com/moveit/srdfdom srdfdom"
     "github.com/ros-navigation/navigation2 nav2_common nav2_core nav2_costmap_2d nav2_msgs nav2_util nav_2d_msgs"
-    "github.com/pal-robotics/pal_statistics pal_statistics"
-    "github.com/ros-controls/control_msgs control_msgs"
-    "github.com/ros-controls/control_toolbox control_toolbox"
+    "github.com/pal-robotics/backward_ros@foxy-devel backward_ros"
+    "github.com/pal-robotics/pal_statistics pal_statistics pal_statistics_msgs"
+    "github.com/ros-controls/control_msgs@jazzy control_msgs"
+    "github.com/ros-controls/control_toolbox@jazzy control_toolbox"
     "github.com/ros-controls/realtime_tools@jazzy realtime_tools"
-    "github.com/ros-controls/ros2_control@jazzy controller_interface controller_manager controller_manager_msgs hardware_interface joint_limits transmission_interface"
-    "github.com/ros-controls/ros2_controllers joint_trajectory_controller"
+    "github.com/ros-controls/ros2_control@jazzy controller_interface controller_manager controller_manager_msgs hardware_interface joint_limits ros2_control_test_assets transmission_interface"
+    "github.com/ros-controls/ros2_controllers@jazzy forward_command_controller joint_state_broadcaster joint_trajectory_controller position_controllers"
     "github.com/ros-controls/ros2_control_cmake@master ros2_control_cmake"
     "github.com/ros-drivers/ackermann_msgs ackermann_msgs"
     "github.com/ros-drivers/joystick_drivers joy"
@@ -36,7 +37,7 @@ set(takt_ros2_absent_source
     "github.com/ros-perception/vision_msgs vision_msgs"
     "github.com/ros-perception/vision_opencv cv_bridge image_geometry"
     "github.com/ros-planning/navigation_msgs map_msgs"
-    "github.com/ros-tooling/libstatistics_collector libstatistics_collector"
+    "github.com/ros-tooling/libstatistics_collector@jazzy libstatistics_collector"
     "github.com/ros-tooling/topic_tools topic_tools_interfaces"
     "github.com/ros-visualization/interactive_markers interactive_markers"
     "github.com/ros/angles@ros2 angles"
@@ -63,9 +64,9 @@ set(takt_ros2_absent_source
     "github.com/CCNYRoboticsLab/imu_tools imu_tools"
     "github.com/OctoMap/octomap_msgs octomap_msgs"
     "github.com/PX4/px4_msgs px4_msgs"
-    "github.com/PickNikRobotics/RSL rsl"
-    "github.com/PickNikRobotics/cpp_polyfills tcb_span tl_expected"
-    "github.com/PickNikRobotics/generate_parameter_library@main generate_parameter_library parameter_traits")
+    "github.com/PickNikRobotics/RSL@main rsl"
+    "github.com/PickNikRobotics/cpp_polyfills@main tcb_span"
+    "github.com/PickNikRobotics/generate_parameter_library@main generate_parameter_library generate_parameter_library_py")
 
 # They are parts of ROS 2 whose place Takt takes, or that need a part of ROS 2 that it does not have.
 set(takt_ros2_absent_never

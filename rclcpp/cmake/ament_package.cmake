@@ -144,6 +144,44 @@ function(takt_ros2_read_package_xml)
   endforeach()
 endfunction()
 
+# ament_generate_version_header(target [HEADER_PATH path] [INSTALL_PATH path] [SKIP_INSTALL]): NAME/version.h
+function(ament_generate_version_header target)
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "SKIP_INSTALL" "HEADER_PATH;INSTALL_PATH" "")
+  if(NOT ARG_HEADER_PATH)
+    set(ARG_HEADER_PATH ${PROJECT_NAME}/version.h)
+  endif()
+  if(NOT ARG_INSTALL_PATH)
+    set(ARG_INSTALL_PATH include/${PROJECT_NAME})
+  endif()
+  takt_ros2_read_package_xml()
+  if(NOT takt_ros2_xml_VERSION MATCHES "^([0-9]+)[.]([0-9]+)[.]([0-9]+)$")
+    message(FATAL_ERROR "ament_generate_version_header(${target}): package.xml of ${PROJECT_NAME} has the version "
+                        "'${takt_ros2_xml_VERSION}', which is not of the form 1.2.3")
+  endif()
+  string(TOUPPER ${PROJECT_NAME} name)
+  set(folder ${CMAKE_CURRENT_BINARY_DIR}/ament_generate_version_header/${target})
+  file(CONFIGURE OUTPUT ${folder}/${ARG_HEADER_PATH} CONTENT
+"// Made by Takt: the version of the package ${PROJECT_NAME}.
+#pragma once
+#define ${name}_VERSION_MAJOR (${CMAKE_MATCH_1})
+#define ${name}_VERSION_MINOR (${CMAKE_MATCH_2})
+#define ${name}_VERSION_PATCH (${CMAKE_MATCH_3})
+#define ${name}_VERSION_STR \"${takt_ros2_xml_VERSION}\"
+#define ${name}_VERSION_GTE(major, minor, patch) \\
+  (${CMAKE_MATCH_1} > (major) || (${CMAKE_MATCH_1} == (major) && \\
+   (${CMAKE_MATCH_2} > (minor) || (${CMAKE_MATCH_2} == (minor) && ${CMAKE_MATCH_3} >= (patch)))))
+")
+  get_target_property(type ${target} TYPE)
+  set(scope PUBLIC)
+  if(type STREQUAL "INTERFACE_LIBRARY")
+    set(scope INTERFACE)
+  endif()
+  target_include_directories(${target} ${scope} "$<BUILD_INTERFACE:${folder}>" "$<INSTALL_INTERFACE:${ARG_INSTALL_PATH}>")
+  if(NOT ARG_SKIP_INSTALL)
+    install(DIRECTORY ${folder}/ DESTINATION ${ARG_INSTALL_PATH})
+  endif()
+endfunction()
+
 # ---- The index of resources ----
 
 # ament_index_register_resource(type [CONTENT text|CONTENT_FILE file] [PACKAGE_NAME name] [SKIP_INSTALL])

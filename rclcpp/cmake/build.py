@@ -4,8 +4,10 @@
 SPDX-License-Identifier: Apache-2.0
 """
 import argparse
+import configparser
 import contextlib
 import graphlib
+import importlib.util
 import operator
 import os
 import pathlib
@@ -174,7 +176,8 @@ def find_packages(folders):
 
 
 # What packages of the layer use when a workspace has it.
-USED_BY_THE_LAYER = {"rclcpp_components": ["class_loader"]}
+USED_BY_THE_LAYER = {"rclcpp": ["libstatistics_collector"], "rclcpp_action": ["libstatistics_collector"],
+                     "rclcpp_lifecycle": ["libstatistics_collector"], "rclcpp_components": ["class_loader", "libstatistics_collector"]}
 
 
 def in_order(packages):
@@ -215,7 +218,7 @@ def check_needs(packages, options):
     for package in packages.values():
         if "catkin" in package.needs:
             raise Wrong(f"{package.folder}: {package.name} is a package of ROS 1; take its branch for ROS 2")
-        if package.type not in ("ament_cmake", "cmake"):
+        if package.type not in BUILDERS:
             continue
         for need in dict.fromkeys(package.needs):
             if need not in packages and not is_there(need, options):
@@ -239,10 +242,10 @@ def end(number, _):
     os.kill(os.getpid(), number)  # a shell sees what has ended it
 
 
-def run(package, what, command):
+def run(package, what, command, folder=None):
     global running
     signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # until it is known
-    running = subprocess.Popen(command, start_new_session=True,
+    running = subprocess.Popen(command, start_new_session=True, cwd=folder,
                                preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS))
     signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
     status, running = running.wait(), None
@@ -261,6 +264,39 @@ def build(package, options):
     jobs = str(options.jobs or os.cpu_count() or 1)
     run(package, "the compiler", ["cmake", "--build", folder, "-j", jobs])
     run(package, "installation", ["cmake", "--install", folder])
+
+
+# A program finds its modules without a setup file.
+PROGRAM = """#!{python}
+import sys
+sys.path.insert(0, {modules!r})
+from {module} import {function}
+sys.exit({function}())
+"""
+
+
+def build_python(package, options):
+    """By Python's setuptools, into lib/python, with its programs in bin: generators of code, such as generate_parameter_library."""
+    if importlib.util.find_spec("setuptools") is None:
+        raise Failed(f"{package.name}: {sys.executable} has no setuptools, which its setup.py needs (apt-get install python3-setuptools)")
+    folder, modules = options.build_base / package.name, options.install_base / "lib/python"
+    folder.mkdir(parents=True, exist_ok=True)
+    run(package, "setup.py", [sys.executable, "-B", "setup.py", "-q", "egg_info", "--egg-base", folder, "build", "--build-base", folder,
+                              "install_lib", "--install-dir", modules, "install_data", "--install-dir", options.install_base],
+        package.folder)
+    for file in folder.glob("*.egg-info/entry_points.txt"):
+        entries = configparser.ConfigParser(delimiters="=")
+        entries.optionxform = str
+        entries.read(file)
+        for name, place in entries["console_scripts"].items() if "console_scripts" in entries else ():
+            module, function = place.split(":")
+            program = options.install_base / "bin" / name
+            program.parent.mkdir(exist_ok=True)
+            program.write_text(PROGRAM.format(python=sys.executable, modules=str(modules), module=module, function=function))
+            program.chmod(0o755)
+
+
+BUILDERS = {"ament_cmake": build, "cmake": build, "ament_python": build_python}
 
 
 def main():
@@ -293,7 +329,7 @@ def main():
         order = in_order(packages)
         check_needs(packages, options)
         for number, package in enumerate(order, 1):
-            if package.type not in ("ament_cmake", "cmake"):
+            if package.type not in BUILDERS:
                 print(f"[{number}/{len(order)}] {package.name}: left out, as it is of type {package.type}", flush=True)
                 continue
             if (LAYER / "share" / package.name).is_dir():
@@ -301,7 +337,7 @@ def main():
                 continue
             print(f"[{number}/{len(order)}] {package.name}", flush=True)
             if not options.list:
-                build(package, options)
+                BUILDERS[package.type](package, options)
     except Wrong as error:
         print(f"error: {error}", file=sys.stderr)
         return error.status

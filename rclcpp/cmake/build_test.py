@@ -63,8 +63,9 @@ def test_packages(work):
 def test_libraries_of_robots(work):
     base = ("--build-base", work / "overlay_build", "--install-base", work / "overlay")
     status, output, errors = run(takt, "ros2", "build", packages.parent / "overlay", *base)
-    check("a workspace with its own class_loader builds, that one first", status == 0 and
-          output.index("] class_loader\n") < output.index("] a_sky_plugins\n"), output, errors)
+    check("a workspace with its own class_loader and libstatistics_collector builds, these first", status == 0 and
+          max(output.index("] class_loader\n"), output.index("] libstatistics_collector\n")) < output.index("] a_sky_plugins\n"),
+          output, errors)
     check("a project without a package.xml is built when a package needs it", "] sky_plain\n" in output, output)
     status, output, errors = run(work / "overlay/lib/a_sky_plugins/plugins")
     check("components register with the workspace's class_loader", status == 0 and
@@ -140,6 +141,36 @@ def test_packages_of_the_layer(work):
 def test_python(work):
     text = "find_package(rclcpp REQUIRED)\nfind_package(rclpy REQUIRED)"
     check("rclpy is found", configure(work, text) == "", configure(work, text))
+
+
+# They were left out, and what generates code was missing: generate_parameter_library.
+def test_packages_in_python(work):
+    if run("python3", "-c", "import setuptools")[0] != 0:
+        print("left out: python3 has no setuptools")
+        return
+    maker, user = work / "python/sky_maker", work / "python/a_sky_user"
+    (maker / "sky_maker").mkdir(parents=True)
+    user.mkdir()
+    for file, text in {
+            maker / "package.xml": "<package><name>sky_maker</name><export><build_type>ament_python</build_type></export></package>",
+            maker / "setup.py": "from setuptools import setup\nsetup(name='sky_maker', version='0.1.0', packages=['sky_maker'],"
+                                "data_files=[('share/sky_maker', ['package.xml'])],"
+                                "entry_points={'console_scripts': ['make_sky = sky_maker.make:main']})\n",
+            maker / "sky_maker/make.py": "def main():\n    print('blue')\n",
+            user / "package.xml": "<package><name>a_sky_user</name><depend>sky_maker</depend></package>",
+            user / "CMakeLists.txt": "cmake_minimum_required(VERSION 3.18)\nproject(a_sky_user NONE)\nfind_program(maker make_sky REQUIRED)\n"
+                                     "execute_process(COMMAND ${maker} OUTPUT_VARIABLE sky)\n"
+                                     "if(NOT sky STREQUAL \"blue\\n\")\nmessage(FATAL_ERROR \"${sky}\")\nendif()\n"}.items():
+        file.write_text(text)
+    before = sorted(maker.rglob("*"))
+    status, output, errors = run(takt, "ros2", "build", work / "python", "--build-base", work / "python_build", "--install-base",
+                                 work / "python_install")
+    check("a program in Python makes code for the next package, without a setup file", status == 0, output, errors)
+    check("its data are installed", (work / "python_install/share/sky_maker/package.xml").is_file())
+    check("its sources are left alone", sorted(maker.rglob("*")) == before, sorted(maker.rglob("*")))
+    (maker / "setup.py").write_text("raise SystemExit(3)\n")
+    status, output, errors = run(takt, "ros2", "build", maker, "--build-base", work / "python_build")
+    check("a setup.py that fails is said", status == 1 and "error: sky_maker: setup.py has failed; to repeat it: " in errors, errors)
 
 
 # Libraries of such a package were static, and could not become parts of shared ones: tf2.
@@ -271,6 +302,7 @@ def test_signal(work):
 
 with tempfile.TemporaryDirectory() as folder:
     for test in (test_packages, test_libraries_of_robots, test_refusals, test_vendors, test_packages_of_the_layer, test_python,
-                 test_shared_libraries, test_real_ros2, test_ros_of_the_system, test_folders, test_conditions, test_what_is_missing, test_signal):
+                 test_packages_in_python, test_shared_libraries, test_real_ros2, test_ros_of_the_system, test_folders, test_conditions,
+                 test_what_is_missing, test_signal):
         test(pathlib.Path(folder).resolve())
 finish()

@@ -7,10 +7,10 @@ set(takt_ros2_packages_vendor
     "console_bridge_vendor 1.7.1 console_bridge" "eigen3_cmake_module 0.3.0 Eigen3"
     "orocos_kdl_vendor 0.5.1 orocos_kdl" "tinyxml2_vendor 0.9.2 tinyxml2" "yaml_cpp_vendor 9.0.1 yaml-cpp")
 
-# NAME VERSION [TARGETS name…] [USES package…]
+# NAME VERSION [TARGETS name…] [USES package…] [MAY_USE package…]
 set(takt_ros2_packages_library
     "rclcpp 28.1.6 USES rcl rcl_interfaces rcl_yaml_param_parser rcpputils rcutils rmw rosgraph_msgs \
-rosidl_runtime_cpp rosidl_typesupport_cpp statistics_msgs"
+rosidl_runtime_cpp rosidl_typesupport_cpp statistics_msgs MAY_USE libstatistics_collector"
     "rclcpp_action 28.1.6 USES action_msgs rcl_action rclcpp"
     "rclcpp_components 28.1.6 TARGETS component component_manager USES ament_index_cpp class_loader \
 composition_interfaces rclcpp"

@@ -7,6 +7,7 @@
 #include "rcpputils/env.hpp"
 #include "rcpputils/join.hpp"
 #include "rcpputils/pointer_traits.hpp"
+#include "rcpputils/rolling_mean_accumulator.hpp"
 #include "rcpputils/shared_library.hpp"
 
 namespace rclcpp::elements::supported_more {
@@ -44,7 +45,9 @@ void clocks(Node& node) {
   clock->sleep_for(std::chrono::nanoseconds(1));
   clock->wait_until_started();
   if (clock->get_clock_type() == RCL_ROS_TIME) clock->ros_time_is_active();
-  Clock(RCL_STEADY_TIME).now();
+  Clock copy(RCL_STEADY_TIME);
+  copy = *clock;
+  copy.now();
 }
 // Row: `TimeSource` | gives clocks of a program's own the time of a node
 void time_source(Node::SharedPtr node) {
@@ -247,8 +250,10 @@ static_assert(rcpputils::is_pointer<std::shared_ptr<int>&>::value &&
               std::is_same_v<rcpputils::remove_pointer<const std::unique_ptr<int>&>::type, int> &&
               std::is_same_v<rcpputils::remove_pointer<const int*>::type, const int>);
 // Row: `rcpputils::SharedLibrary`, `get_platform_library_name`, `join`, `get_env_var`,
-// `is_pointer`, `remove_pointer` |
+// `is_pointer`, `remove_pointer`, `RollingMeanAccumulator` |
 void libraries() {
+  rcpputils::RollingMeanAccumulator<double> mean(3);
+  mean.accumulate(mean.getRollingMean());
   rcpputils::SharedLibrary library(rcpputils::get_platform_library_name("name"));
   if (library.has_symbol(rcpputils::get_env_var("a")))
     library.get_symbol(rcpputils::join(std::vector<int>{1, 2}, "_"));

@@ -35,7 +35,7 @@ class JumpHandler {
   std::thread thread_;
 };
 
-/// Thread safety: every method from any thread.
+/// Thread safety: every method from any thread, except assignment.
 /// Real-time: reading the time; the other methods may sleep or allocate.
 class Clock {
  public:
@@ -75,8 +75,8 @@ class Clock {
   takt::Clock& takt_clock() const;
 
  private:
-  const rcl_clock_type_t type_;
-  const std::shared_ptr<takt::SimulatedClock> simulated_;
+  rcl_clock_type_t type_;
+  std::shared_ptr<takt::SimulatedClock> simulated_;
 };
 
 namespace detail {

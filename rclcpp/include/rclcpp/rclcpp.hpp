@@ -20,6 +20,7 @@
 #include <thread>
 #include <vector>
 
+#include <cxxabi.h>
 #include <math.h>  // NOLINT: programs call atan2() without std::
 
 #include "rcl/allocator.h"

@@ -16,8 +16,19 @@ struct Library {
   rclcpp::ClientBase::SharedPtr client;
 };
 
+#include "libstatistics_collector/collector.hpp"
+#include "rcl/arguments.h"
 #include "rclcpp/rclcpp.hpp"
 #include "rclcpp_components/register_node_macro.hpp"
+#include "rcpputils/thread_safety_annotations.hpp"
+
+// As hardware_interface, controller_manager and libstatistics_collector do.
+static_assert(RCL_PARAM_FILE_FLAG[2] == 'p');
+using Demangle = decltype(&abi::__cxa_demangle);
+struct Guarded {
+  std::mutex mutex;
+  libstatistics_collector::Collector collector RCPPUTILS_TSA_GUARDED_BY(mutex);
+};
 
 class Plugin : public rclcpp::Node {
  public:
