@@ -90,9 +90,10 @@ void AssumptionFinder::add_throttling() {
   if (!stated) {
     assume({.id = "rt_runtime_as_here",
             .state = machine_.is_known ? State::checked : State::unchecked,
-            .text = fmt::format("Linux grants {} to the real-time threads of a CPU, as on this "
+            .text = fmt::format("Linux grants {} to the real-time threads of a CPU{}, as on this "
                                 "machine",
-                                to_string(here)),
+                                to_string(here),
+                                machine_.is_known ? "" : ", and has as much of a fair server"),
             .name = {},
             .source = "this machine",
             .executor = {}});

@@ -244,12 +244,12 @@ void ModelBuilder::place_threads() {
   const RealtimeGrant granted = stated ? RealtimeGrant{.runtime = *stated} : realtime_grant();
   if (granted.is_limited()) {
     // The kernel checks only once a tick whether the budget is used up, or others have had theirs.
-    const Nanoseconds tick = machine_.is_known ? scheduler_tick() : kLongestTick;
-    const Nanoseconds less = granted.runtime - tick;
+    // What the file says of another machine leaves open what the kernel of that one has.
+    const bool is_other = stated && !machine_.is_known;
+    const Nanoseconds less = granted.runtime - (is_other ? kLongestTick : scheduler_tick());
     model_.system.for_realtime = {.budget = std::max<analysis::Time>(1, less.count()),
                                   .period = granted.period.count()};
-    model_.system.may_come_twice =
-        !machine_.is_known || machine_.fair_server != Nanoseconds::zero();
+    model_.system.may_come_twice = is_other || fair_server() != Nanoseconds::zero();
   }
 }
 
