@@ -68,6 +68,14 @@ TEST_F(Nodes, LifecyclePublishersFollowTheBaseClass) {
   other->configure();
   other->activate();
   EXPECT_FALSE(other->publisher->is_activated());
+  int received = 0;
+  const auto subscription =
+      other->create_subscription<String>("topic", 10, [&](const String&) { ++received; });
+  other->publisher->publish(String());  // dropped
+  const rclcpp::Publisher<String>::SharedPtr base = other->publisher;
+  base->publish(String());  // as controllers of ros2_control do, whose nodes call no base class
+  spin_some(other->get_node_base_interface());
+  EXPECT_EQ(received, 1);
   Talker::CallbackReturn returned{};
   EXPECT_EQ(other->configure(returned).label(), "active");  // which is no transition from here
   EXPECT_EQ(returned, Talker::CallbackReturn::FAILURE);

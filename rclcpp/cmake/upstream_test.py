@@ -37,7 +37,15 @@ PACKAGES = {
     "ros2_control_cmake": "", "test_interface_files": "", "test_msgs": "its tests of C are left out",
     "realtime_tools": "`test_async_function_handler` fails as root, where its thread gets a real-time priority and is done too soon; "
                       "`lock_free_queue_tests` passed alone and failed beside compilers",
-    "filters": "", "bond": "", "smclib": "", "bondcpp": ""}
+    "filters": "", "bond": "", "smclib": "", "bondcpp": "",
+    "control_msgs": "", "controller_manager_msgs": "", "generate_parameter_library_py": "", "generate_parameter_library": "",
+    "tcb_span": "", "rsl": "", "pal_statistics_msgs": "", "pal_statistics": "", "libstatistics_collector": "", "backward_ros": "",
+    "ros2_control_test_assets": "", "joint_limits": "",
+    "hardware_interface": "it needs `libstatistics_collector`, which its package.xml does not name, and `REGISTER_ENTITY`, which "
+                          "`pal_statistics` 2.2.3 has not",
+    "controller_interface": "", "transmission_interface": "", "control_toolbox": "it needs `tf2/LinearMath/Vector3.hpp`, which tf2 of 2024 has not",
+    "controller_manager": "its spawner, in Python, is left out",
+    "forward_command_controller": "", "position_controllers": "", "joint_state_broadcaster": "", "joint_trajectory_controller": ""}
 WITHOUT_TESTS = {"image_transport", "test_msgs"}
 MAY_FAIL = {"test_async_function_handler"}
 URDF = """<?xml version="1.0"?><robot name="arm"><link name="base"/><link name="tool"/><link name="tip"/>
@@ -56,6 +64,22 @@ projection_matrix: {rows: 3, cols: 4, data: [42.0, 0, 2, 0, 0, 42.0, 1, 0, 0, 0,
 """
 AGGREGATOR = """analyzers: {ros__parameters: {path: Robot, example: {type: diagnostic_aggregator/GenericAnalyzer, path: Example,
   contains: [diagnostic_updater_example]}}}
+"""
+CONTROLLED = """<?xml version="1.0"?><robot name="arm"><link name="base"/><link name="tool"/>
+<joint name="turn" type="revolute"><parent link="base"/><child link="tool"/><axis xyz="0 0 1"/>
+<limit lower="-3" upper="3" effort="1" velocity="9"/></joint>
+<ros2_control name="motors" type="system"><hardware><plugin>mock_components/GenericSystem</plugin></hardware>
+<joint name="turn"><command_interface name="position"/><state_interface name="position"><param name="initial_value">0.0</param></state_interface>
+<state_interface name="velocity"/></joint></ros2_control></robot>
+"""
+CONTROLLERS = """controller_manager: {ros__parameters: {update_rate: 200, states: {type: joint_state_broadcaster/JointStateBroadcaster},
+  arm: {type: joint_trajectory_controller/JointTrajectoryController}}}
+arm: {ros__parameters: {joints: [turn], command_interfaces: [position], state_interfaces: [position, velocity]}}
+"""
+CONTROL_LOOP = """realtime: prefer
+threads: {control: {policy: SCHED_FIFO, priority: 80}}
+executors: {control: {type: single_threaded, threads: [control]}}
+nodes: {/controller_manager: {callback_groups: {group_1: {executor: control}}, callbacks: {timer_5ms: {deadline: 5ms}}}}
 """
 
 
@@ -134,6 +158,26 @@ def runs(space):
                           program("self_test", "selftest_example")))
 
 
+def control_runs(space):
+    program, own, work = space.program, "robot_control", space.work
+    for name, text in (("controlled.urdf", CONTROLLED), ("controllers.yaml", CONTROLLERS), ("control.yaml", CONTROL_LOOP)):
+        (work / name).write_text(text)
+    description = program("robot_state_publisher", "robot_state_publisher", work / "controlled.urdf")
+    arguments = ("--ros-args", "--params-file", work / "controllers.yaml")
+    libraries = ["hardware_interface", "controller_interface", "controller_manager", "controller_manager_msgs", "control_msgs",
+                 "joint_trajectory_controller", "joint_state_broadcaster", "generate_parameter_library", "rsl", "control_toolbox"]
+    moved = "error code 0\nseen on its way, and at 1.00\n"
+    space.holds(libraries, "a trajectory moves a joint of mock hardware", moved,
+                space.run(program(own, "move"), description, program("controller_manager", "ros2_control_node", *arguments)))
+    loop = [str(space.takt), "run", str(work / "control.yaml"), "--", *program(own, "loop", *arguments)]
+    said = space.run(program(own, "move"), description, loop)
+    space.holds(["controller_manager"], "its loop is a callback whose thread and deadline a file of Takt's gives", moved, said)
+    space.holds(["controller_manager"], "Takt measures that callback", "timer_5ms", said)
+    fast = program(own, "loop", *arguments, "-p", "update_rate:=100000")
+    space.holds(["controller_manager"], "an overrun says how long read, update and write took", "us, Update time : ",
+                space.run(["sleep", "5"], description, fast))
+
+
 def commit_of(folder):
     def git(*words):
         done = subprocess.run(["git", "-C", folder, *words], capture_output=True, text=True, check=False)
@@ -190,8 +234,9 @@ def main():
             if built[name] and with_tests:
                 tests[name] = space.own_tests(name)
                 known.write_text(json.dumps(tests))
-        if space.build("robot_programs", options.programs):
-            runs(space)
+        for name, needed, what in (("robot_programs", "tf2_ros", runs), ("robot_control", "controller_manager", control_runs)):
+            if built.get(needed) and space.build(name, options.programs / name):
+                what(space)
         if options.record:
             options.record.write_text(page(space, packages, built, tests))
     finish()

@@ -27,6 +27,8 @@ void timers(Node& node, CallbackGroup::SharedPtr group) {
   timer->reset();
   if (timer->is_canceled() && timer->time_until_trigger().count() > 0) timer->is_steady();
 }
+static_assert(!std::is_trivially_destructible_v<Time> &&
+              !std::is_trivially_destructible_v<Duration>);
 // Row: `Time`, `Duration` | arithmetic, comparisons, conversions from and to messages
 void times(const Node& node) {
   const Time begin = node.now(), later = begin + Duration::from_seconds(0.5);

@@ -24,6 +24,9 @@ class Duration {
       : ns_(std::chrono::duration_cast<std::chrono::nanoseconds>(duration).count()) {}
   Duration(const builtin_interfaces::msg::Duration& message);  // NOLINT
   Duration() = default;
+  Duration(const Duration&) = default;
+  Duration& operator=(const Duration&) = default;
+  ~Duration() {}  // NOLINT: not trivial, see Time
 
   static Duration from_seconds(double seconds);
   static Duration from_nanoseconds(rcl_duration_value_t nanoseconds) {

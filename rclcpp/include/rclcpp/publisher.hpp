@@ -86,14 +86,14 @@ class Publisher : public PublisherBase {
       : Publisher(node, node.resolve_topic_or_service_name(topic, false), qos, options, overrides,
                   nullptr) {}
 
-  virtual void publish(std::unique_ptr<PublishedType> message) {
+  void publish(std::unique_ptr<PublishedType> message) {
     if constexpr (Types::kIsAdapted) {
       publish_adapted(*message);
     } else {
       typed_->publish(std::move(message));
     }
   }
-  virtual void publish(const PublishedType& message) {
+  void publish(const PublishedType& message) {
     if constexpr (Types::kIsAdapted) {
       publish_adapted(message);
     } else {
@@ -126,7 +126,7 @@ class Publisher : public PublisherBase {
   void publish(const rcl_serialized_message_t& message) {
     publish(SerializedMessage(std::as_bytes(std::span(message.buffer, message.buffer_length))));
   }
-  virtual void publish(LoanedMessage<ROSMessageType, Allocator>&& loan) {
+  void publish(LoanedMessage<ROSMessageType, Allocator>&& loan) {
     if (!loan.is_valid()) throw std::runtime_error("loaned message is not valid");
     loan.publish_with(*typed_);
   }

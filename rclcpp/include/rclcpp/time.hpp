@@ -23,6 +23,11 @@ class Time {
   Time(const builtin_interfaces::msg::Time& message,  // NOLINT: as in rclcpp
        rcl_clock_type_t type = RCL_ROS_TIME);
   static Time max(rcl_clock_type_t type = RCL_SYSTEM_TIME);
+  Time(const Time&) = default;
+  Time& operator=(const Time&) = default;
+  // Not trivial, as in rclcpp: a compiler warns of variables that nobody reads if their types are
+  // trivial, and generate_parameter_library makes such.
+  ~Time() {}  // NOLINT
 
   operator builtin_interfaces::msg::Time() const;  // NOLINT
   Time& operator=(const builtin_interfaces::msg::Time& message) { return *this = Time(message); }

@@ -30,8 +30,9 @@ class SimpleManagedEntity : public ManagedEntityInterface {
   std::atomic<bool> is_activated_{false};
 };
 
-/// While it is not activated, messages are dropped, with one warning until the next activation.
-/// Thread safety and real-time: as rclcpp::Publisher.
+/// While it is not activated, messages are dropped, with one warning until the next activation; but
+/// not those that are published by a pointer to rclcpp::Publisher, as controllers do. Thread safety
+/// and real-time: as rclcpp::Publisher.
 template <class M, class Allocator = std::allocator<void>>
 class LifecyclePublisher : public SimpleManagedEntity, public rclcpp::Publisher<M, Allocator> {
   using Base = rclcpp::Publisher<M, Allocator>;
@@ -43,13 +44,13 @@ class LifecyclePublisher : public SimpleManagedEntity, public rclcpp::Publisher<
   using typename Base::PublishedType;
   using typename Base::ROSMessageType;
 
-  void publish(std::unique_ptr<PublishedType> message) override {
+  void publish(std::unique_ptr<PublishedType> message) {
     if (may_publish()) Base::publish(std::move(message));
   }
-  void publish(const PublishedType& message) override {
+  void publish(const PublishedType& message) {
     if (may_publish()) Base::publish(message);
   }
-  void publish(rclcpp::LoanedMessage<ROSMessageType, Allocator>&& loan) override {
+  void publish(rclcpp::LoanedMessage<ROSMessageType, Allocator>&& loan) {
     if (may_publish()) Base::publish(std::move(loan));
   }
   void on_activate() override {
