@@ -287,7 +287,7 @@ void DispatchingExecutor::spin_some(Nanoseconds max_duration,
     if (!limits) {
       // Finishes a snapshot that spin_once has left unfinished, instead of taking another.
       dispatcher_.take_snapshot();
-      const bool is_wait_set = dispatcher_.ready().is_wait_set();
+      const bool is_wait_set = dispatcher_.ready().queue().is_wait_set();
       limits = {.last_sequence = is_wait_set ? UINT64_MAX : next_sequence(), .may_poll = false};
     }
     return dispatcher_.run_next(worker, *limits) &&

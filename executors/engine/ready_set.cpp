@@ -1,50 +1,47 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/engine/ready_set.hpp"
 
-#include <span>
-
 #include "takt/base/lockfree/sequence.hpp"
 #include "takt/base/probes.hpp"
 
 namespace takt::detail {
 
 bool ReadySet::has_another() noexcept {
-  if (!selection_.is_open()) return false;
-  if (keeps_history_) return waiting_ != 0 || in_next_snapshot_ != 0 || !inbox_.empty();
+  if (!selection().is_open()) return false;
+  if (keeps_history_) return !queue_.is_empty() || has_more();
   for (;;) {
     take_snapshot();
-    ReadyCallback* const first = pop();
+    CallbackRecord* const first = queue_.pop();
     if (first == nullptr) return false;
-    auto& record = static_cast<CallbackRecord&>(*first);
-    if (selection_.holds(record)) continue;
-    Exclusion& exclusion = *record.exclusion;
+    if (selection().holds(*first)) continue;
+    Exclusion& exclusion = *first->exclusion;
     if (exclusion.is_free()) {
-      hand_back(first);
+      queue_.hand_back(*first);
       return true;
     }
-    window_ = std::max(window_, first->window);  // as that worker would
+    queue_.serve_window_of(*first);  // as that worker would
     exclusion.park(*first);
-    record.state.park();
+    first->state.park();
   }
 }
 
 std::optional<std::size_t> ReadySet::worker_for_next() noexcept {
-  ReadyCallback* const first = selection_.interrupts() ? pop() : nullptr;
+  CallbackRecord* const first = selection().interrupts() ? queue_.pop() : nullptr;
   if (first == nullptr) return {};
-  hand_back(first);
-  return selection_.worker_for(static_cast<CallbackRecord&>(*first));
+  queue_.hand_back(*first);
+  return selection().worker_for(*first);
 }
 
 // Only the next callback of the order may begin: a later one does not overtake it.
 CallbackRecord* ReadySet::next_to_interrupt(const Limits& limits) noexcept {
   while (CallbackRecord* const record = pick(limits)) {
-    if (selection_.worker_for(*record) != limits.worker) {
-      hand_back(record);
+    if (selection().worker_for(*record) != limits.worker) {
+      queue_.hand_back(*record);
       return nullptr;
     }
     if (record->exclusion->admit(*record)) {
       record->state.begin();
-      selection_.begin(*record, limits.worker);
+      selection().begin(*record, limits.worker);
       return record;
     }
     record->state.park();
@@ -56,14 +53,8 @@ CallbackRecord* ReadySet::next_to_interrupt(const Limits& limits) noexcept {
 // Removed records are left out: the update has no room for them.
 void ReadySet::install(ScheduleUpdate& update) noexcept {
   restore_deferred();
-  restore(selection_.take_held());
-  ReadyCallback* first = nullptr;
-  ReadyCallback** end = &first;
-  while (ReadyCallback* callback = scheduler_ != nullptr ? pop() : nullptr) {
-    callback->next = nullptr;
-    *end = callback;
-    end = &callback->next;
-  }
+  queue_.hand_back_all(selection().take_held());
+  ReadyCallback* const waited = queue_.take_all();
   for (auto& parking : update.parking) parking.parked = parking.exclusion->take_parked();
 
   for (CallbackRecord* record : update.removed) record->state.remove(record->is_announced);
@@ -85,14 +76,13 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
       if (!record.state.is_removed()) stays(record);
     }
   };
-  if (!update.only_removes) scheduler_.swap(update.scheduler);
-  for_each_remaining(first, [this](CallbackRecord& record) { hand_back(&record); });
+  queue_.exchange(update);
+  for_each_remaining(waited, [this](CallbackRecord& record) { queue_.hand_back(record); });
   for (auto& [exclusion, scheduler, parked] : update.parking) {
     if (!update.only_removes) scheduler = exclusion->set_parking(std::move(scheduler));
     for_each_remaining(parked, [to = exclusion](CallbackRecord& record) { to->park(record); });
-    unpark(exclusion->unpark());  // the one handed back before may have been removed
+    queue_.unpark(exclusion->unpark());  // the one handed back before may have been removed
   }
-  exchange_next_snapshot(update);
   timers_.exchange(update.timers, update.removed);
 
   if (update.reads_clock && !exact_time()) {
@@ -114,7 +104,7 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
 }
 
 void ReadySet::end_removed(CallbackRecord& record) noexcept {
-  if (!record.is_reentrant()) unpark(record.exclusion->leave());
+  if (!record.is_reentrant()) queue_.unpark(record.exclusion->leave());
   record.state.end_execution();
   record.leave();
 }
@@ -132,31 +122,6 @@ void ReadySet::discard_removed() noexcept {
   }
 }
 
-// Keeps the entries that remain; moves them into the update's memory, if that is larger.
-void ReadySet::exchange_next_snapshot(ScheduleUpdate& update) noexcept {
-  const std::span before(next_snapshot_.data(), std::exchange(in_next_snapshot_, 0));
-  for (ReadyCallback* callback : before) {
-    if (!static_cast<CallbackRecord*>(callback)->state.is_removed())
-      add_to_next_snapshot(*callback);
-  }
-  if (update.next_snapshot.size() <= next_snapshot_.size()) return;
-  std::copy_n(next_snapshot_.begin(), in_next_snapshot_, update.next_snapshot.begin());
-  next_snapshot_.swap(update.next_snapshot);
-}
-
-void ReadySet::push_checked(CallbackRecord& record) noexcept {
-  record.set_urgency();
-  const TimePoint deadline = record.deadline_of(record.ready_time);
-  if (watchdog_ != nullptr && deadline != kNever && !record.is_dropped())
-    record.supervision->wait(deadline, *watchdog_);
-  hand_back(&record);
-}
-
-void ReadySet::push_next_snapshot() noexcept {
-  const std::span snapshot(next_snapshot_.data(), std::exchange(in_next_snapshot_, 0));
-  for (ReadyCallback* callback : snapshot) push(static_cast<CallbackRecord&>(*callback));
-}
-
 // Moves announced records to the scheduler, or the next snapshot, and rearms timers whose release
 // time has changed.
 void ReadySet::drain_inbox() noexcept {
@@ -172,11 +137,7 @@ void ReadySet::drain_inbox() noexcept {
       RecordState::set_again(record->is_announced);
     } else if (record->state.drain()) {
       record->arrived(record->announced);
-      if (is_wait_set()) {
-        add_to_next_snapshot(*record);
-      } else {
-        push(*record);
-      }
+      queue_.add(*record);
     }
     record = next;
   }
@@ -192,12 +153,8 @@ void ReadySet::release_due_timers() noexcept {
       continue;  // it is in the inbox, and will be set again
     TAKT_PROBE(release, record->entity.get(), record->entity->name().c_str());
     record->arrived({next_sequence(), due});
-    push(*record);
+    queue_.push(*record);
   }
-}
-
-void ReadySet::restore(ReadyCallback* first) noexcept {
-  while (first != nullptr) hand_back(std::exchange(first, first->next));
 }
 
 }  // namespace takt::detail

@@ -1,29 +1,25 @@
-// The ready callbacks of one executor, and how they become ready: readiness × scheduler.
+// How callbacks of one executor become ready, and which is next: readiness × scheduler.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_ENGINE_READY_SET_HPP_
 #define TAKT_EXECUTORS_ENGINE_READY_SET_HPP_
 
-#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "takt/base/clock.hpp"
 #include "takt/base/lockfree/inbox.hpp"
 #include "takt/base/lockfree/sequence.hpp"
 #include "takt/entities/entity.hpp"
+#include "takt/executors/engine/ready_queue.hpp"
 #include "takt/executors/engine/record.hpp"
 #include "takt/executors/engine/schedule_update.hpp"
 #include "takt/executors/engine/selection.hpp"
 #include "takt/executors/engine/timer_queue.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/executors/watchdog.hpp"
-#include "takt/sched/scheduler.hpp"
 
 namespace takt::detail {
 
@@ -40,15 +36,15 @@ class ReadySet {
   /// may be taken; nullptr: there is none.
   ReadySet(Readiness readiness, Clock& clock, bool exact_time, bool keeps_history, const Rule* rule,
            const WorkersPolicy* policy, std::size_t workers, Watchdog* watchdog)
-      : readiness_(readiness),
-        windows_ahead_(readiness == Readiness::wait_set ? 0 : 1),
-        watchdog_(watchdog),
-        keeps_history_(keeps_history),
+      : keeps_history_(keeps_history),
         exact_time_(exact_time),
-        selection_(rule, policy, workers),
+        queue_(readiness, rule, policy, workers, watchdog),
         timers_(clock) {}
 
   TimerQueue& timers() noexcept { return timers_; }
+  ReadyQueue& queue() noexcept { return queue_; }
+  const ReadyQueue& queue() const noexcept { return queue_; }
+  Selection& selection() noexcept { return queue_.selection(); }
 
   /// Whether the clock is read at every dispatch. An update may turn it on.
   bool exact_time() const noexcept { return exact_time_.load(std::memory_order_relaxed); }
@@ -60,15 +56,16 @@ class ReadySet {
       return false;  // most announcements of a busy callback end here
     record.announced = arrival;
     inbox_.push(record);
-    return !selection_.is_logical();
+    return !queue_.selection().is_logical();
   }
   /// The same on the only worker, in a callback: it needs no inbox.
   void announce_from_worker(CallbackRecord& record, const Arrival& arrival) noexcept {
     if (record.state.make_ready(record.is_announced)) enqueue(record, arrival);
   }
   /// Whether there are announcements for which a worker has to wake up.
-  bool has_announcements() const noexcept { return !selection_.is_logical() && !inbox_.empty(); }
-  Selection& selection() noexcept { return selection_; }
+  bool has_announcements() const noexcept {
+    return !queue_.selection().is_logical() && !inbox_.empty();
+  }
 
   /// Installs the update, and leaves in it the objects that it replaces.
   void install(ScheduleUpdate& update) noexcept;
@@ -93,12 +90,10 @@ class ReadySet {
   [[gnu::noinline]] bool has_another() noexcept;
   /// Takes a snapshot, unless the last one is unfinished.
   void take_snapshot() noexcept {
-    if (!is_wait_set() || waiting_ == 0) poll();
+    if (!queue_.is_wait_set() || queue_.is_empty()) poll();
   }
-  /// Whether the snapshot has callbacks that were not picked.
-  bool has_unfinished() const noexcept { return waiting_ != 0; }
   /// Whether a polling point would find more than timers.
-  bool has_more() const noexcept { return in_next_snapshot_ != 0 || !inbox_.empty(); }
+  bool has_more() const noexcept { return queue_.has_next_snapshot() || !inbox_.empty(); }
   /// Looks for announcements and due timers: a polling point.
   void poll() noexcept;
 
@@ -110,64 +105,42 @@ class ReadySet {
   void report_execution(const CallbackRecord& record, const ReadyCallback& as_picked,
                         Nanoseconds execution_time) noexcept {
     // The update that removed the callback may have brought a scheduler that does not know it.
-    if (!record.state.is_removed()) scheduler_->done(as_picked, execution_time);
+    if (!record.state.is_removed()) queue_.report_execution(as_picked, execution_time);
   }
   /// The last step of an execution. `more`: as take has reported. A removed record may be freed
   /// then: the caller must not use it any more.
   void finished(CallbackRecord& record, bool more) noexcept;
 
   /// Gives back what `next` has put aside because of Limits::last_sequence.
-  void restore_deferred() noexcept { restore(std::exchange(deferred_, nullptr)); }
-  /// Gives back callbacks that were put aside, linked by next.
-  [[gnu::noinline]] void restore(ReadyCallback* first) noexcept;
+  void restore_deferred() noexcept { queue_.hand_back_all(std::exchange(deferred_, nullptr)); }
 
-  bool is_wait_set() const noexcept { return readiness_ == Readiness::wait_set; }
   /// When the first timer is due, or when the rule must look if that is earlier; kNever: neither.
   TimePoint next_release() const noexcept {
-    if (selection_.is_needed()) [[unlikely]]
-      return selection_.release_or_opening(timers_.next_release(), waiting_ != 0);
+    if (queue_.selection().is_needed()) [[unlikely]]
+      return queue_.selection().release_or_opening(timers_.next_release(), !queue_.is_empty());
     return timers_.next_release();
   }
   /// The same for the timers that match: O(timers).
   template <class Matches>
   TimePoint next_release_of(Matches&& matches) const noexcept {
-    return selection_.release_or_opening(timers_.next_release_of(matches), waiting_ != 0);
+    return queue_.selection().release_or_opening(timers_.next_release_of(matches),
+                                                 !queue_.is_empty());
   }
 
  private:
   [[gnu::noinline]] CallbackRecord* next_to_interrupt(const Limits& limits) noexcept;
   void enqueue(CallbackRecord& record, const Arrival& arrival) noexcept;
-  void add_to_next_snapshot(ReadyCallback& callback) noexcept;
-  [[gnu::noinline]] void push_next_snapshot() noexcept;
-  void push(CallbackRecord& record) noexcept;
-  [[gnu::noinline]] void push_checked(CallbackRecord& record) noexcept;
-  void hand_back(ReadyCallback* callback) noexcept;
-  ReadyCallback* pop() noexcept;
-  void unpark(ReadyCallback* callback) noexcept;
   void settle(CallbackRecord& record, bool more, std::uint32_t ended) noexcept;
   [[gnu::cold, gnu::noinline]] void end_removed(CallbackRecord& record) noexcept;
   [[gnu::noinline]] void drain_inbox() noexcept;
   [[gnu::noinline]] void release_due_timers() noexcept;
-  void exchange_next_snapshot(ScheduleUpdate& update) noexcept;
 
-  const Readiness readiness_;
-  // Without polling points, a callback that arrives now belongs to the window after the one that is
-  // being served: so none starves under `ros`.
-  const std::uint64_t windows_ahead_;
-  Watchdog* const watchdog_;
   const bool keeps_history_;
   std::atomic<bool> exact_time_;  // written at a dispatch point
-  std::unique_ptr<Scheduler> scheduler_;
-  Selection selection_;
-  // Wait sets: what has become ready since the polling point. An array, because the links of a list
-  // would be written into cache lines of records that another worker has.
-  std::vector<ReadyCallback*> next_snapshot_;
+  ReadyQueue queue_;              // it ends with what each dispatch writes: a cache line
 
-  // Each dispatch writes these: one cache line.
-  alignas(64) std::size_t waiting_ = 0;  // in the scheduler
-  std::uint64_t window_ = 0;
-  ReadyCallback* deferred_ = nullptr;  // linked by next
-  std::size_t in_next_snapshot_ = 0;
+  // Each dispatch writes these: another one.
+  alignas(64) ReadyCallback* deferred_ = nullptr;  // linked by next
   TimerQueue timers_;
 
   alignas(64) Inbox<CallbackRecord> inbox_;  // any thread writes it
@@ -175,72 +148,36 @@ class ReadySet {
 
 // ---- The hot path: inline, so that a worker's dispatch is one function ----
 
-// Gives the scheduler a callback back, with its old order of arrival.
-inline void ReadySet::hand_back(ReadyCallback* callback) noexcept {
-  ++waiting_;
-  if (selection_.counts()) [[unlikely]]
-    selection_.count(*callback, 1);
-  scheduler_->push(*callback);
-}
-
-inline ReadyCallback* ReadySet::pop() noexcept {
-  ReadyCallback* const first = scheduler_->pop();
-  if (first == nullptr) return first;
-  --waiting_;
-  if (selection_.counts()) [[unlikely]]
-    selection_.count(*first, -1);
-  return first;
-}
-
-inline void ReadySet::push(CallbackRecord& record) noexcept {
-  record.window = window_ + windows_ahead_;
-  if (record.is_checked) [[unlikely]]
-    return push_checked(record);
-  hand_back(&record);
-}
-
-inline void ReadySet::add_to_next_snapshot(ReadyCallback& callback) noexcept {
-  next_snapshot_[in_next_snapshot_++] = &callback;
-}
-
 // A worker has found the record ready. `arrival`: of the input that it takes next.
 inline void ReadySet::enqueue(CallbackRecord& record, const Arrival& arrival) noexcept {
-  if (is_wait_set()) {
-    if (!inbox_.empty()) drain_inbox();  // they came before
-    record.arrived(arrival);
-    add_to_next_snapshot(record);
-  } else {
-    record.arrived(arrival);
-    push(record);
-  }
+  if (queue_.is_wait_set() && !inbox_.empty()) drain_inbox();  // they came before
+  record.arrived(arrival);
+  queue_.add(record);
 }
 
 inline void ReadySet::poll() noexcept {
   if (!inbox_.empty()) drain_inbox();
-  if (is_wait_set()) {
-    if (selection_.is_open()) ++window_;  // what a closed rule holds becomes one snapshot
-    if (in_next_snapshot_ != 0) push_next_snapshot();
-  }
-  if (timers_.must_look(exact_time() || waiting_ == 0)) release_due_timers();
+  if (queue_.is_wait_set()) queue_.begin_snapshot();
+  if (timers_.must_look(exact_time() || queue_.is_empty())) release_due_timers();
 }
 
 inline CallbackRecord* ReadySet::pick(const Limits& limits) noexcept {
   if (limits.may_poll) take_snapshot();
-  ReadyCallback* first = pop();
-  if (first == nullptr) return nullptr;
-  window_ = std::max(window_, first->window);
-  return static_cast<CallbackRecord*>(first);
+  CallbackRecord* const first = queue_.pop();
+  if (first != nullptr) queue_.serve_window_of(*first);
+  return first;
 }
 
 inline CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
-  const bool selects = selection_.is_needed();
-  if (selects && selection_.interrupts() && limits.worker != Selection::kAnyWorker) [[unlikely]]
+  Selection& selection = queue_.selection();
+  const bool selects = selection.is_needed();
+  if (selects && selection.interrupts() && limits.worker != Selection::kAnyWorker) [[unlikely]]
     return next_to_interrupt(limits);
   CallbackRecord* record = nullptr;
   while ((record = pick(limits)) != nullptr) {
     if (record->sequence > limits.last_sequence) {
       record->next = std::exchange(deferred_, record);
-    } else if (selects && selection_.puts_aside(*record, limits.worker)) [[unlikely]] {
+    } else if (selects && selection.puts_aside(*record, limits.worker)) [[unlikely]] {
       continue;
     } else if (record->exclusion->admit(*record)) {
       record->state.begin();
@@ -250,16 +187,8 @@ inline CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
     }
   }
   if (selects) [[unlikely]]
-    restore(selection_.take_passed_over());
+    queue_.hand_back_all(selection.take_passed_over());
   return record;
-}
-
-// The group's first parked callback may compete again.
-inline void ReadySet::unpark(ReadyCallback* callback) noexcept {
-  if (callback == nullptr) [[likely]]
-    return;
-  static_cast<CallbackRecord*>(callback)->state.unpark();
-  hand_back(callback);
 }
 
 // The record has been served: it goes to the scheduler again if it has more.
@@ -281,7 +210,7 @@ inline void ReadySet::finished(CallbackRecord& record, bool more) noexcept {
     return;
   }
   settle(record, more, 1);
-  unpark(record.exclusion->leave());
+  queue_.unpark(record.exclusion->leave());
 }
 
 }  // namespace takt::detail

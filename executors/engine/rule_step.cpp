@@ -57,16 +57,17 @@ bool RuleStep::run_next(Worker& worker, const ReadySet::Limits& limits) noexcept
       return true;
     // All waiting callbacks were put aside or left to other workers, so newer arrivals are next.
     if (!limits.may_poll || !ready_.has_more()) return false;
-    if (ready_.has_unfinished()) ready_.poll();
+    if (!ready_.queue().is_empty()) ready_.poll();
   }
 }
 
 // While the rule is closed, new arrivals join the snapshot that waits.
 void RuleStep::look() noexcept {
   const bool is_open = rule_.is_open();
-  inputs_.set_was_serving(is_open && ready_.has_unfinished());
+  inputs_.set_was_serving(is_open && !ready_.queue().is_empty());
   is_open ? ready_.take_snapshot() : ready_.poll();
-  if (rule_.look(ready_.timers().now(), inputs_)) ready_.restore(ready_.selection().take_held());
+  if (rule_.look(ready_.timers().now(), inputs_))
+    ready_.queue().hand_back_all(ready_.selection().take_held());
   if (rule_.may_hold_for_ever()) dispatcher_.observation().set_closed(!rule_.is_open());
 }
 

@@ -25,7 +25,7 @@ class RuleInputs final : public ReadyCallbacks {
   explicit RuleInputs(const ReadySet& ready) : ready_(ready) {}
 
   void set_was_serving(bool serving) noexcept { was_serving_ = serving; }
-  bool any() const noexcept override { return ready_.has_unfinished(); }
+  bool any() const noexcept override { return !ready_.queue().is_empty(); }
   bool was_serving() const noexcept override { return was_serving_; }
   std::span<const TriggerInput> all() const noexcept override;
   /// Swaps its memory for that of the update; one that only removes brings none.

@@ -35,7 +35,7 @@ struct ScheduleUpdate {
   std::unique_ptr<Scheduler> scheduler;
   std::vector<Parking> parking;
   std::vector<std::pair<TimePoint, CallbackRecord*>> timers;  // reserved for all timers
-  std::vector<ReadyCallback*> next_snapshot;                  // room for all
+  std::vector<CallbackRecord*> next_snapshot;                 // room for all
   std::vector<CallbackRecord*> added, removed;
   std::vector<Change> changed;  // in order: the last one applies
   std::vector<CallbackRecord*> all;

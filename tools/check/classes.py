@@ -17,7 +17,6 @@ EXCEPTIONS = {
     ("containers/model/model_builder.hpp", "ModelParts"): (24, 19, "what all steps share"),
     ("containers/model/model_builder.hpp", "ModelBuilder"): (40, 0, "a step for each part of a model"),
     ("entities/entity.hpp", "Entity"): (44, 14, "what executors see of every kind of entity"),
-    ("executors/engine/ready_set.hpp", "ReadySet"): (39, 15, "the steps of a dispatch, inline, and the changes between two"),
     ("executors/isolated_executor.hpp", "IsolatedExecutor"): (50, 18, "20 of them are the interface of an executor"),
     ("nodes/lifecycle_node.hpp", "LifecycleNode"): (34, 7, "the façade that rclcpp_lifecycle has"),
     ("nodes/node.hpp", "Node"): (87, 15, "the façade that rclcpp has"),

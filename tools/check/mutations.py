@@ -365,7 +365,7 @@ MUTATIONS |= {
     for name, path, there, instead, test in [
         # These three once survived.
         ("an update unparks nothing", "engine/ready_set.cpp",
-         "‹    unpark(exclusion->unpark());  // the one handed back before may have been removed›", "", KIT),
+         "‹    queue_.unpark(exclusion->unpark());  // the one handed back before may have been removed›", "", KIT),
         ("the watchdog aborts no chain", "engine/observed.cpp",
          "«chain_instance != 0 && overrun == OverrunPolicy::abort»", "false", KIT),
         ("a reservation's deadline is its period", "isolated_executor.cpp",
@@ -389,7 +389,7 @@ MUTATIONS |= {
          "root_ready_time = «arrival.root_time != TimePoint{} ? arrival.root_time : arrival.ready_time»",
          "arrival.ready_time", KIT),
         ("what a rule has put aside stays there", "engine/rule_step.cpp",
-         "‹ready_.restore(ready_.selection().take_held());›", "", KIT),
+         "‹ready_.queue().hand_back_all(ready_.selection().take_held());›", "", KIT),
         ("a rule hears of no execution", "engine/dispatcher.cpp",
          "‹rule_->done(callback, label, times.end - times.start);›", "", KIT),
         ("each thread takes what is for others", "engine/selection.cpp",
@@ -460,13 +460,13 @@ MUTATIONS |= {
 }
 ORACLE = BOUNDS[:-1] + ("--gtest_filter=Oracle.*",)  # random systems on the executors, which differ from it then
 CPU_LIMITS_S = {ORACLE: 180}  # in which each is seen
-GROUP, READY = "callback_groups/callback_group.hpp", "executors/engine/ready_set.hpp"
+GROUP, READY, QUEUE = "callback_groups/callback_group.hpp", "executors/engine/ready_set.hpp", "executors/engine/ready_queue.hpp"
 MUTATIONS |= {
     name: (path, there, instead, ORACLE)
     for name, path, there, instead in [
         ("an announcement is lost", READY, "if («record.state.make_ready(record.is_announced)») enqueue(record, arrival);",
          "arrival.sequence % 64 != 0 && record.state.make_ready(record.is_announced)"),
-        ("a parked callback is forgotten", READY, "more, 1);\n  ‹unpark(record.exclusion->leave());›", "record.exclusion->leave();"),
+        ("a parked callback is forgotten", READY, "more, 1);\n  ‹queue_.unpark(record.exclusion->leave());›", "record.exclusion->leave();"),
         ("the last parked callback is forgotten", GROUP, "if («busy_ || parked_ == 0») return nullptr;", "busy_ || parked_ <= 1"),
         ("a busy group admits a second callback that waits", GROUP, "if («busy_») {", "busy_ && parked_ == 0"),
         ("a group is left too early", "executors/engine/dispatcher.cpp",
@@ -475,20 +475,20 @@ MUTATIONS |= {
         ("a timer is released twice", "entities/timer.cpp", "compare_exchange_weak(due, «later(due + missed * period_, period_)»)",
          "due.time_since_epoch().count() % 7 == 0 ? later(due, Nanoseconds(1)) : later(due + missed * period_, period_)"),
         ("a worker sleeps through a release", "executors/engine/workers.cpp", "TimePoint end = «std::min(limit, release)»;", "limit"),
-        ("a snapshot takes what comes meanwhile", READY, "if («!is_wait_set() || waiting_ == 0») poll();", "true"),
+        ("a snapshot takes what comes meanwhile", READY, "if («!queue_.is_wait_set() || queue_.is_empty()») poll();", "true"),
         ("what remains counts as new", READY,
          "if («!record.entity->front(arrival)») arrival = {next_sequence(), timers_.now()};\n  enqueue", "true"),
-        ("events belong to the window that is served", READY, "windows_ahead_(«readiness == Readiness::wait_set ? 0 : 1»)", "0"),
-        ("a polling point opens no window", READY, "if («selection_.is_open()») ++window_;", "false"),
-        ("the window that is served stays the first", READY, "window_ = «std::max(window_, first->window)»;", "window_"),
+        ("events belong to the window that is served", QUEUE, "windows_ahead_(«readiness == Readiness::wait_set ? 0 : 1»)", "0"),
+        ("a polling point opens no window", QUEUE, "if («selection_.is_open()») ++window_;", "false"),
+        ("the window that is served stays the first", QUEUE, "window_ = «std::max(window_, record.window)»;", "window_"),
         ("what comes while it runs is forgotten", "executors/engine/record_state.hpp", "if («!more && (word & kDrained) != 0») {", "false"),
         ("one message is all", "executors/engine/dispatcher.cpp", "ready_.finished(record, «execution.slot.more»);", "false"),
         ("nobody hears of what is left over", "executors/engine/ready_set.cpp",
-         "bool ReadySet::has_another() noexcept {\n  if («!selection_.is_open()») return false;", "true"),
+         "bool ReadySet::has_another() noexcept {\n  if («!selection().is_open()») return false;", "true"),
         ("an announcement wakes nobody", "executors/engine/dispatcher.cpp", "‹workers_.notify_of(record);›", "return;"),
-        ("what others announce joins the snapshot at once", "executors/engine/ready_set.cpp",
-         "if («is_wait_set()») {\n        add_to_next_snapshot(*record);", "false"),
-        ("what came before is taken after", READY, "if («!inbox_.empty()») drain_inbox();  // they came before", "false"),
+        ("what becomes ready joins the snapshot at once", QUEUE,
+         "«is_wait_set_» ? add_to_next_snapshot(record)", "false"),
+        ("what came before is taken after", READY, "if («queue_.is_wait_set() && !inbox_.empty()») drain_inbox();  // they came before", "false"),
         ("only the first worker waits for releases", "executors/engine/workers.cpp", "if («first < first_wait_») return",
          "worker.index == 0 && first < first_wait_"),
         ("a worker relies on one that waits for later", "executors/engine/workers.cpp",

@@ -13,7 +13,7 @@
 namespace takt::tools {
 namespace {
 
-bool works = false;
+bool has_begun = false;
 
 struct Row {
   int status;
@@ -41,12 +41,12 @@ constexpr Row kTable[] = {
 }  // namespace
 
 void begin_work() {
-  if (!works) check_chosen_outputs();  // what the command reads is known
-  works = true;
+  if (!has_begun) check_chosen_outputs();  // what the command reads is known
+  has_begun = true;
 }
 
 int status_of_error() noexcept {
-  return works ? kFailed : kBadUsage;
+  return has_begun ? kFailed : kBadUsage;
 }
 
 std::string message_of(const std::exception& error) {
