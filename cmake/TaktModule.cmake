@@ -51,18 +51,24 @@ function(takt_module)
   endif()
   list(TRANSFORM ARG_FOLDERS REPLACE ".+" "${folder}/\\0/*_test.cpp")
   file(GLOB tests CONFIGURE_DEPENDS ${folder}/*_test.cpp ${ARG_FOLDERS})
-  set(long_tests ${tests})
+  if(ARG_TESTED_IN_ONE_THREAD STREQUAL "all")
+    list(PREPEND tests ONE_THREAD)
+  endif()
+  takt_tests(${ARG_NAME} ${tests})
+endfunction()
+
+# takt_tests(executors [ONE_THREAD] a_test.cpp b_long_test.cpp): executors_test, and executors_long_test.
+function(takt_tests name)
+  set(tests ${ARGN})
+  set(long_tests ${ARGN})
   list(FILTER long_tests INCLUDE REGEX "_long_test[.]cpp$")
   list(FILTER tests EXCLUDE REGEX "_long_test[.]cpp$")
-  if(tests)
-    if(ARG_TESTED_IN_ONE_THREAD STREQUAL "all")
-      list(PREPEND tests ONE_THREAD)
-    endif()
-    takt_test(${ARG_NAME}_test ${tests})
+  if(tests MATCHES "_test[.]cpp")
+    takt_test(${name}_test ${tests})
   endif()
   if(long_tests AND TAKT_BUILD_TESTS)
-    takt_test(${ARG_NAME}_long_test ${long_tests})
-    set_tests_properties(${ARG_NAME}_long_test PROPERTIES LABELS long COST 60)  # begins first
+    takt_test(${name}_long_test ${long_tests})
+    set_tests_properties(${name}_long_test PROPERTIES LABELS long COST 60)  # begins first
   endif()
 endfunction()
 
@@ -106,7 +112,7 @@ function(takt_test name)
                                         takt_testing takt_watchdog GTest::gtest_main GTest::gmock)
   if(name MATCHES "_long_test$")
     takt_optimise_under_sanitizers(${name})
-  elseif(NOT name MATCHES "^base_")  # which tests lock-free headers, as users compile them
+  elseif(NOT name MATCHES "^lockfree_")  # which tests headers, as users compile them
     takt_optimise_little(${name} -O0)
     if(TAKT_SANITIZE)
       # Three fifths of the time: a report names functions, and a null pointer ends a test anyway.
