@@ -32,7 +32,7 @@ FIXED = ["the file: accept", "the file: realtime", "memory: lock", "a thread: po
 
 def entries(text):
     """Of the table: (of, fact, how it counts, why)."""
-    found = re.findall(r'\{"([^"]+)", "([^"]+)", (kUsed|kIrrelevant|kNotCovered),\s*((?:"(?:[^"\\]|\\.)*"\s*)+)\}', text)
+    found = re.findall(r'\{"([^"]+)", "([^"]+)", (kUsed|kIrrelevant|kNotCovered),\s*((?:"(?:[^"\\]|\\.)*"\s*)+)(?:,\s*kFree\s*)?\}', text)
     return [(of, fact, how, "".join(re.findall(r'"((?:[^"\\]|\\.)*)"', why))) for of, fact, how, why in found]
 
 
