@@ -1,9 +1,9 @@
 // A process that executes the commands from its standard input: the other side of
-// transport_test.cpp. DOMAIN, then lines: create TOPIC DEPTH DURABILITY | publish TOPIC VALUE TEXT
-// | matched TOPIC | drop TOPIC | subscribe TOPIC DEPTH | last TOPIC | gaps TOPIC | serve SERVICE
-// | answer SERVICE | end SERVICE. "last" is the value that was received last, "gaps" how often it
-// was not one more than before, "answer" waits for a call. It answers each line with one: "ok", or
-// a number.
+// transport_test.cpp. DOMAIN, then lines: create TOPIC DEPTH DURABILITY LIFESPAN_NS | publish TOPIC
+// VALUE TEXT | matched TOPIC | drop TOPIC | subscribe TOPIC DEPTH | last TOPIC | gaps TOPIC | serve
+// SERVICE | answer SERVICE | end SERVICE. "last" is the value that was received last, "gaps" how
+// often it was not one more than before, "answer" waits for a call. It answers each line with one:
+// "ok", or a number.
 // SPDX-License-Identifier: Apache-2.0
 #include <iostream>
 #include <map>
@@ -45,7 +45,9 @@ int main() {
     if (command == "create") {
       takt::QoS qos;
       std::string durability;
-      words >> qos.depth >> durability;
+      std::int64_t lifespan_ns = 0;
+      words >> qos.depth >> durability >> lifespan_ns;
+      qos.lifespan(takt::Nanoseconds(lifespan_ns));
       if (durability == "transient_local") qos.transient_local();
       publishers[topic] = node->create_publisher<Labelled>(topic, qos);
     } else if (command == "publish") {

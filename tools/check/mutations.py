@@ -43,8 +43,8 @@ MUTATIONS = {
     "latency ends with the callback before": (
         OBSERVED, "const Nanoseconds latency = «at.start - slot.ready_time»;", "at.picked - slot.ready_time", STATISTICS),
     "age of a DDS message divided by 100": (
-        "transport/dds/cyclone_reader.cpp", "sent_at = «clocks_.sent_at(handle, info)»;",
-        "Clock::steady().now() - (Clock::steady().now() - clocks_.sent_at(handle, info)) / 100", SELFTEST),
+        "transport/dds/cyclone_reader.cpp", "const Arrival arrival{next_sequence(), «times.sent»};",
+        "Clock::steady().now() - (Clock::steady().now() - times.sent) / 100", SELFTEST),
     "late never counted": (OBSERVED, "‹    ++counts.late;›", "", STATISTICS),
     "histogram off by a bucket": ("base/histogram.cpp", "seen += «counts_[i]»;", "counts_[i == 0 ? 0 : i - 1]", HISTOGRAM),
     "percentile of the wrong rank": ("base/histogram.cpp", "«std::ceil(fraction * held)»",

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
@@ -13,6 +14,9 @@
 
 namespace takt {
 namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 
 struct Number {
   std::int64_t value = 0;
@@ -81,6 +85,18 @@ TEST(CycloneParticipant, LeavesTheDomainWithTheLastEnd) {
   EXPECT_FALSE(weak.expired());
   writer.reset();
   EXPECT_TRUE(weak.expired());
+}
+
+TEST(Participant, RefusesADomainThatCannotBe) {
+  EXPECT_THAT([] { Participant::create({.domain = 5000}); },
+              ThrowsMessage<Error>(HasSubstr("domain 5000")));
+}
+
+TEST(Participant, SaysWhyCycloneRefusesIt) {
+  const std::string nowhere = "/nowhere/file";
+  DdsOptions options{.domain = test_domain()};
+  options.security = {nowhere, nowhere, nowhere, nowhere, nowhere, nowhere};
+  EXPECT_THAT([&] { Participant::create(options); }, ThrowsMessage<Error>(HasSubstr(nowhere)));
 }
 
 }  // namespace

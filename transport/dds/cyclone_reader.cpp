@@ -104,10 +104,12 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
       if (is_service_) note_caller(*block, handle, info.publication_handle);
       block->set_references(1);
       messages_.fetch_add(1, std::memory_order_relaxed);
-      const TimePoint sent_at = clocks_.sent_at(handle, info);
+      const WriterClocks::Times times = clocks_.times_of(handle, info);
+      if (times.expiry != kNever || block->can_expire())  // as its last message
+        block->expire_at(times.expiry, Clock::steady());
       ReleasedMessages released;
       const ReadSection section;
-      const Arrival arrival{next_sequence(), sent_at};
+      const Arrival arrival{next_sequence(), times.sent};
       block->origin = {.source_time = std::chrono::system_clock::time_point(
                            std::chrono::nanoseconds(info.source_timestamp)),
                        .writer = info.publication_handle};

@@ -1,11 +1,10 @@
-// Whether the time stamps of a writer mean anything here.
+// When messages of other processes were sent, and when they are too old.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_DDS_WRITER_CLOCKS_HPP_
 #define TAKT_TRANSPORT_DDS_WRITER_CLOCKS_HPP_
 
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <dds/dds.h>
@@ -53,17 +52,26 @@ class WriterClocks {
   /// `are_synchronized`: other hosts keep the same time (PTP), so their stamps count too.
   explicit WriterClocks(bool are_synchronized) : are_synchronized_(are_synchronized) {}
 
-  /// When the message was sent; on another host's clock, when it arrived: now. Never later.
-  TimePoint sent_at(dds_entity_t reader, const dds_sample_info_t& info);
+  /// Times of CLOCK_MONOTONIC.
+  struct Times {
+    TimePoint sent;    // on another host's clock: when it arrived. Never later
+    TimePoint expiry;  // by its writer's lifespan; kNever: none
+  };
+  Times times_of(dds_entity_t reader, const dds_sample_info_t& info);
 
  private:
-  bool is_ours(dds_entity_t reader, dds_instance_handle_t writer);
+  struct Writer {
+    dds_instance_handle_t handle;
+    bool has_our_clock = false;
+    Nanoseconds lifespan{0};  // 0: none
+  };
+  const Writer& writer(dds_entity_t reader, dds_instance_handle_t handle);
 
-  // Limit: publishers of which a subscription knows whether they share its clock. At it: all are
+  // Limit: publishers of which a subscription knows their clock and lifespan. At it: all are
   // forgotten, and looked up again. Seen: nothing.
   static constexpr std::size_t kMostKnown = 64;
   const bool are_synchronized_;
-  std::vector<std::pair<dds_instance_handle_t, bool>> known_;  // forgotten when it is full
+  std::vector<Writer> known_;  // forgotten when it is full
 };
 
 }  // namespace takt

@@ -44,8 +44,7 @@ void TopicReader::read(const Value& value) {
         "Maximum time between two messages. A subscription with a deadline does not match a "
         "publisher with a longer one or none.",
         duration(qos.deadline)},
-       {"lifespan", "Older messages are dropped, and counted; of other processes, as they come.",
-        duration(qos.lifespan)},
+       {"lifespan", "Older messages are dropped, and counted.", duration(qos.lifespan)},
        {"liveliness",
         "`automatic`: a publisher is alive while its process is. `manual_by_topic`: it must "
         "publish or assert its liveliness.",
