@@ -158,6 +158,11 @@ TEST(Assumptions, TheHostOfAVirtualMachineIsOne) {
   EXPECT_THAT(found.missing(), ElementsAre("host_not_shared"));
   const Analyzed unknown = analyzed(File().text(), nullptr, false, {});
   EXPECT_THAT(unknown.missing(), Contains("rt_runtime_as_here"));
+  // What the file states was assumed in silence.
+  File stated;
+  stated.top = "machine: {rt_runtime: unlimited}";
+  EXPECT_THAT(analyzed(stated.text(), nullptr, false, {}).text_of("rt_runtime_as_here"),
+              HasSubstr("as much to real-time threads as `rt_runtime` says"));
 }
 
 // Those that there were when the file was analysed counted as all that there would ever be.

@@ -73,16 +73,18 @@ void AssumptionFinder::add_assumptions_of_machine() {
 
 void AssumptionFinder::add_throttling() {
   const auto& stated = description_.machine.rt_runtime;
-  if (stated ? !machine_.is_known : !model_.system.for_realtime) return;
+  if (!stated && !model_.system.for_realtime) return;
   const RealtimeGrant here = realtime_grant();
   const RealtimeGrant wanted{.runtime = stated.value_or(std::chrono::seconds(1))};
-  if (stated && (here.share() < wanted.share() ||
+  if (stated && (!machine_.is_known || here.share() < wanted.share() ||
                  here.period - here.runtime > wanted.period - wanted.runtime)) {
     assume({.id = "rt_runtime_as_here",
             .state = State::unchecked,
-            .text = fmt::format("Linux grants as much to real-time threads as `rt_runtime` says, "
-                                "though here it is {}",
-                                to_string(here)),
+            .text = machine_.is_known
+                        ? fmt::format("Linux grants as much to real-time threads as `rt_runtime` "
+                                      "says, though here it is {}",
+                                      to_string(here))
+                        : "Linux grants as much to real-time threads as `rt_runtime` says",
             .name = {},
             .source = declared_at(line_of("a machine", "rt_runtime")),
             .executor = {}});

@@ -49,18 +49,21 @@ void MachineReader::read_overheads(const Value& value) {
               {"megabyte", "For each megabyte of it, besides. By default, 0.",
                into_duration(machine.publish_megabyte, [] {})}});
   };
-  read_map(value, "overheads",
-           {{"dispatch", "Before each callback.", into_duration(machine.dispatch, [] {})},
-            {"wake", "To wake a sleeping thread, the most by which a timer is late.",
-             into_duration(machine.wake, [] {})},
-            {"switch",
-             "From one thread to another: once for each that wakes, and twice for each preemption.",
-             into_duration(machine.change, [] {})},
-            {"publish",
-             "To send a message, and as much again to take one of another process, for callbacks "
-             "whose execution time the component itself says; measured and declared times have "
-             "both in them.",
-             either(into_duration(machine.publish, [] {}), publishing)}});
+  read_map(
+      value, "overheads",
+      {{"dispatch", "Before each callback.", into_duration(machine.dispatch, [] {})},
+       {"wake", "To wake a sleeping thread and change to it: the most by which a timer is late.",
+        into_duration(machine.wake, [] {})},
+       {"switch",
+        "From one thread to another: twice for each preemption, and beside `wake` once more for "
+        "each "
+        "that wakes.",
+        into_duration(machine.change, [] {})},
+       {"publish",
+        "To send a message, and as much again to take one of another process, for callbacks "
+        "whose execution time the component itself says; measured and declared times have "
+        "both in them.",
+        either(into_duration(machine.publish, [] {}), publishing)}});
 }
 
 // A thread bound to a CPU that `machine: cpus` lacks would be analysed on an undescribed CPU.
