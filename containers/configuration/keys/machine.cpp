@@ -56,8 +56,7 @@ void MachineReader::read_overheads(const Value& value) {
         into_duration(machine.wake, [] {})},
        {"switch",
         "From one thread to another: twice for each preemption, and beside `wake` once more for "
-        "each "
-        "that wakes.",
+        "each that wakes.",
         into_duration(machine.change, [] {})},
        {"publish",
         "To send a message, and as much again to take one of another process, for callbacks "
