@@ -253,8 +253,9 @@ class CycloneWriter final : public CycloneEndpoint {
   ChunkHeader* borrow() const noexcept {
     const ForeignCode cyclone;
     void* chunk = nullptr;
-    return dds_loan_sample(handle_, &chunk) == DDS_RETCODE_OK ? static_cast<ChunkHeader*>(chunk)
-                                                              : nullptr;
+    if (dds_loan_sample(handle_, &chunk) != DDS_RETCODE_OK) return nullptr;
+    order_after_last_use(chunk);
+    return static_cast<ChunkHeader*>(chunk);
   }
   void identify(ChunkHeader& chunk) const noexcept {
     chunk.layout_hash = endpoint_.type->layout_hash;

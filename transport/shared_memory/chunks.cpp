@@ -87,6 +87,7 @@ const ChunkHeader* chunk_of(const ddsi_serdata& data, const MessageType& type) n
 bool free_chunk(ddsi_serdata& data) noexcept {
   if (data.iox_chunk == nullptr) return false;
   if (data.iox_subscriber == nullptr) return true;
+  order_before_next_loan(data.iox_chunk);
   free_iox_chunk(static_cast<iox_sub_t*>(data.iox_subscriber), &data.iox_chunk);
   return false;
 }

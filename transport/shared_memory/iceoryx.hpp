@@ -59,6 +59,24 @@ void set_chunk_size(ddsi_sertype& type, std::size_t message_bytes);
 void put_chunk(ddsi_serdata& data, void* subscriber, void* chunk) noexcept;
 /// The chunk in which this serdata's message lies, if it is of this type; nullptr: in none.
 const ChunkHeader* chunk_of(const ddsi_serdata& data, const MessageType& type) noexcept;
+
+// A chunk goes from its reader to the next writer through iceoryx's pool, which is built without the
+// thread sanitizer: that is told here what the pool's atomics order.
+#if defined(__SANITIZE_THREAD__)
+extern "C" void __tsan_acquire(void* address);
+extern "C" void __tsan_release(void* address);
+inline void order_before_next_loan(void* chunk) noexcept {
+  __tsan_release(chunk);
+}
+inline void order_after_last_use(void* chunk) noexcept {
+  __tsan_acquire(chunk);
+}
+#else
+inline void order_before_next_loan(void*) noexcept {
+}
+inline void order_after_last_use(void*) noexcept {
+}
+#endif
 /// Gives a chunk back that was received. Returns true if there is one that could not be sent.
 bool free_chunk(ddsi_serdata& data) noexcept;
 
