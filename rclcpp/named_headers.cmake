@@ -1,5 +1,5 @@
-# Headers that have only another name for another header, and those that say what is not there: made when
-# the build is configured, as rclcpp has a header for each of its names.
+# Headers that have only another name for another header: made when the build is configured, as rclcpp has a
+# header for each of its names.
 # SPDX-License-Identifier: Apache-2.0
 
 # A header, and the names that programs also include for what is in it.
@@ -32,19 +32,11 @@ set(takt_named_headers
     "rclcpp_action/server.hpp rclcpp_action/create_server.hpp rclcpp_action/server_goal_handle.hpp"
     "rclcpp_lifecycle/lifecycle_publisher.hpp rclcpp_lifecycle/managed_entity.hpp"
     "rclcpp_lifecycle/state.hpp rclcpp_lifecycle/transition.hpp"
+    "rclcpp/detail/refused_names.hpp rclcpp/create_generic_client.hpp rclcpp/generic_client.hpp
+     rclcpp/parameter_map.hpp rclcpp/parameter_service.hpp rclcpp/typesupport_helpers.hpp rclcpp/waitable.hpp
+     rclcpp/experimental/buffers/intra_process_buffer.hpp rclcpp/strategies/message_pool_memory_strategy.hpp
+     rclcpp_components/component_manager.hpp"
     "rmw/types.h rmw/rmw.h")
-
-# A header, and what Takt's layer for rclcpp has not.
-set(takt_refused_headers
-    "rclcpp/create_generic_client.hpp generic clients"
-    "rclcpp/generic_client.hpp generic clients"
-    "rclcpp/parameter_map.hpp maps of parameters"
-    "rclcpp/parameter_service.hpp parameter services of their own"
-    "rclcpp/typesupport_helpers.hpp type support that is loaded by name"
-    "rclcpp/waitable.hpp waitables"
-    "rclcpp/experimental/buffers/intra_process_buffer.hpp rclcpp's buffers inside a process"
-    "rclcpp/strategies/message_pool_memory_strategy.hpp memory strategies"
-    "rclcpp_components/component_manager.hpp component managers")
 
 set(folder ${PROJECT_BINARY_DIR}/named_headers/include)
 foreach(words ${takt_named_headers})
@@ -54,9 +46,4 @@ foreach(words ${takt_named_headers})
     set(content "// The name that programs include for what is in ${header}.\n#pragma once\n#include \"${header}\"\n")
     file(CONFIGURE OUTPUT ${folder}/${name} CONTENT "${content}" @ONLY)
   endforeach()
-endforeach()
-foreach(row ${takt_refused_headers})
-  string(REGEX MATCH "^([^ ]+) (.+)$" row "${row}")
-  set(content "#error \"Takt's layer for rclcpp has no ${CMAKE_MATCH_2}: see docs/reference/rclcpp.md\"\n")
-  file(CONFIGURE OUTPUT ${folder}/${CMAKE_MATCH_1} CONTENT "${content}" @ONLY)
 endforeach()

@@ -76,6 +76,29 @@ TEST_F(SimulatedTime, ACallbackMayUseTheTimerWhoseHandleItHasDropped) {
   EXPECT_TRUE(spin_until(executor, [&] { return has_run; }));
 }
 
+// robot_localization does so.
+TEST_F(SimulatedTime, ATimerThatAProgramMakesItselfGetsANodeLater) {
+  const auto node = std::make_shared<Node>("node");
+  int calls = 0;
+  const auto context = node->get_node_base_interface()->get_context();
+  const auto timer = WallTimer<VoidCallbackType>::make_shared(
+      1ms, [&] { ++calls; }, context);
+  EXPECT_THROW(timer->cancel(), std::runtime_error);
+  const auto other = GenericTimer<VoidCallbackType>::make_shared(
+      node->get_clock(), 1ms, [&] { ++calls; }, context);
+  for (const TimerBase::SharedPtr& made :
+       {TimerBase::SharedPtr(timer), TimerBase::SharedPtr(other)}) {
+    node->get_node_timers_interface()->add_timer(made, nullptr);
+    EXPECT_THROW(node->get_node_timers_interface()->add_timer(made, nullptr), std::runtime_error);
+    executors::SingleThreadedExecutor executor;
+    executor.add_node(node);
+    EXPECT_TRUE(spin_until(executor, [&] { return calls > 1; }));
+    executor.remove_node(node);
+    made->cancel();
+    calls = 0;
+  }
+}
+
 // Clocks of a program's own have the time of a node, and tell when it jumps.
 TEST_F(SimulatedTime, ATimeSourceSetsOtherClocks) {
   const auto clock = std::make_shared<Clock>(RCL_ROS_TIME);

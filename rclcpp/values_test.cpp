@@ -6,6 +6,7 @@
 #include "rcpputils/env.hpp"
 #include "rcpputils/rolling_mean_accumulator.hpp"
 #include "rcpputils/shared_library.hpp"
+#include "rcpputils/split.hpp"
 
 namespace rclcpp {
 namespace {
@@ -23,6 +24,16 @@ TEST_F(Values, TimesOfTwoKindsOfClocksDoNotMix) {
   EXPECT_EQ(Time(message), ros);
   EXPECT_EQ(Node("node").now().get_clock_type(), RCL_ROS_TIME);
   EXPECT_EQ(Duration(1500ms), Duration::from_seconds(1.5));
+}
+
+TEST_F(Values, TimesAndDurationsAreComparedWithMessages) {
+  const builtin_interfaces::msg::Time stamp = Time(3, 0);
+  EXPECT_TRUE(stamp == rclcpp::Time(3, 0))
+      << "the left one decides: a message has no type of clock";
+  EXPECT_THROW((void)(rclcpp::Time(3, 0) == stamp), std::runtime_error);
+  EXPECT_TRUE(rclcpp::Time(3, 0, RCL_ROS_TIME) == stamp && stamp != rclcpp::Time(4, 0));
+  const builtin_interfaces::msg::Duration span = Duration(3, 0);
+  EXPECT_TRUE(span == rclcpp::Duration(3, 0) && rclcpp::Duration(4, 0) != span);
 }
 
 TEST_F(Values, AnOverrideMustHaveTheTypeOfItsParameter) {
@@ -108,6 +119,27 @@ TEST_F(Values, OthersMaySetWhatIsNotDeclared) {
   EXPECT_FALSE(node->has_parameter("none"));
 }
 
+TEST_F(Values, ParametersAreCopiedToAnotherNode) {
+  const auto from = std::make_shared<Node>("from"), to = std::make_shared<Node>("to");
+  from->declare_parameter("gain", 2.5);
+  from->declare_parameter("name", "from");
+  from->declare_parameter("kind", 1);
+  to->declare_parameter("name", "to");
+  to->declare_parameter("kind", "of another type");
+  copy_all_parameter_values(from, to);
+  EXPECT_EQ(to->get_parameter("gain").as_double(), 2.5);
+  EXPECT_EQ(to->get_parameter("name").as_string(), "to");
+  copy_all_parameter_values(from, to, true);
+  EXPECT_EQ(to->get_parameter("name").as_string(), "from");
+  EXPECT_EQ(to->get_parameter("kind").as_string(), "of another type");
+}
+
+TEST_F(Values, ANodeHasAClockOfTheKindThatItsOptionsSay) {
+  for (const auto kind : {RCL_STEADY_TIME, RCL_SYSTEM_TIME, RCL_ROS_TIME}) {
+    EXPECT_EQ(Node("node", NodeOptions().clock_type(kind)).now().get_clock_type(), kind);
+  }
+}
+
 TEST_F(Values, ParametersArePrintedAsInRclcpp) {
   const auto text = [](auto value) { return Parameter("name", value).value_to_string(); };
   EXPECT_EQ(text(std::vector<std::uint8_t>{1, 2, 255}), "[0x1, 0x2, 0xff]");
@@ -168,6 +200,11 @@ TEST(Rcpputils, VariablesOfTheEnvironmentAreSetAndRead) {
   EXPECT_TRUE(rcpputils::set_env_var("OF_THIS_TEST", nullptr));
   EXPECT_EQ(rcpputils::get_env_var("OF_THIS_TEST"), "");
   EXPECT_THROW(rcpputils::set_env_var("", "1"), std::runtime_error);
+}
+
+TEST(Rcpputils, ATextIsSplit) {
+  EXPECT_EQ(rcpputils::split("a//b", '/'), (std::vector<std::string>{"a", "", "b"}));
+  EXPECT_EQ(rcpputils::split("/a//b/", '/', true), (std::vector<std::string>{"a", "b"}));
 }
 
 TEST(Rcpputils, TheMeanIsThatOfTheLastValues) {

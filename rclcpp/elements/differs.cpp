@@ -86,6 +86,11 @@ void introspection(ServiceBase& service, ClientBase& client, Clock::SharedPtr cl
 void logger_service(NodeOptions& options) {
   options.enable_logger_service(true);
 }
+// Row: `use_sim_time` of a node whose `NodeOptions::clock_type` is not `RCL_ROS_TIME` | has no
+// effect; rclcpp throws
+void clock_type(NodeOptions& options) {
+  options.clock_type(RCL_SYSTEM_TIME);
+}
 // Row: `StaticSingleThreadedExecutor` | the same as `SingleThreadedExecutor`
 void static_executor(Node::SharedPtr node) {
   executors::StaticSingleThreadedExecutor().add_node(node);

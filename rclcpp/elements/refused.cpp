@@ -13,31 +13,37 @@ void generic_client(rclcpp::Node& node) {
 // Row: type support by name: `get_typesupport_library`, `get_typesupport_handle` | types that are
 // linked in have names: `create_generic_subscription`
 #include "rclcpp/typesupport_helpers.hpp"
+void type_support() {
+  rclcpp::get_typesupport_library("std_msgs/msg/String", "rosidl_typesupport_cpp");
+}
 // Row: `ParameterMap`, `ParameterService` | `AsyncParametersClient::load_parameters`; every node
 // has its services
 #include "rclcpp/parameter_map.hpp"
 #include "rclcpp/parameter_service.hpp"
+void parameters(rclcpp::ParameterService& service) {
+  rclcpp::parameter_map_from_yaml_file("file.yaml");
+}
 // Row: `MessagePoolMemoryStrategy` | pools of Takt: `loans` of `takt::PublisherOptions`
 #include "rclcpp/strategies/message_pool_memory_strategy.hpp"
+rclcpp::strategies::message_pool_memory_strategy::MessagePoolMemoryStrategy<int, 1> pool;
 // Row: `experimental::buffers` | messages inside a process always go by pointer
 #include "rclcpp/experimental/buffers/intra_process_buffer.hpp"
+rclcpp::experimental::buffers::IntraProcessBuffer<int> buffer;
 // Row: `Waitable`, `add_waitable` | `takt::Node::create_guard_condition`, `create_file_descriptor`
 #include "rclcpp/waitable.hpp"
+class Waits : public rclcpp::Waitable {};
 void waitables(rclcpp::Node& node, rclcpp::WaitSet& set) {
   node.get_node_waitables_interface()->add_waitable(nullptr, nullptr);
   set.add_waitable(nullptr);
 }
 // Row: `rclcpp_components::ComponentManager` | `takt run`, and the services of its containers
 #include "rclcpp_components/component_manager.hpp"
+auto manager = std::make_shared<rclcpp_components::ComponentManager>();
 // Row: `class_loader` for other classes than components, in a workspace without its source | its
 // [source](https://github.com/ros/class_loader) beside the package
 #include "class_loader/class_loader.hpp"
 void class_loader_of_others(class_loader::ClassLoader& loader) {
   loader.createInstance<rclcpp::Node>("name");
-}
-// Row: `NodeOptions::clock_type` | a clock of ROS time; `Clock(RCL_STEADY_TIME)` beside it
-void clock_type(rclcpp::NodeOptions& options) {
-  options.clock_type(RCL_STEADY_TIME);
 }
 // Row: `SerializedMessage::release_rcl_serialized_message` | copy the bytes
 void release(rclcpp::SerializedMessage& message) {

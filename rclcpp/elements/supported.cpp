@@ -69,6 +69,7 @@ void node_options() {
       .append_parameter_override("gain", 0.5)
       .use_global_arguments(true)
       .use_intra_process_comms(true)
+      .clock_type(RCL_STEADY_TIME)
       .enable_rosout(false)
       .start_parameter_services(false)
       .allow_undeclared_parameters(true)

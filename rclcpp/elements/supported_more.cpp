@@ -9,13 +9,15 @@
 #include "rcpputils/pointer_traits.hpp"
 #include "rcpputils/rolling_mean_accumulator.hpp"
 #include "rcpputils/shared_library.hpp"
+#include "rcpputils/split.hpp"
 
 namespace rclcpp::elements::supported_more {
 
 // ---- Time ----
 
 // Row: `create_wall_timer`, `create_timer`, `TimerBase` | callbacks take nothing, `TimerBase&` or
-// `const TimerInfo&`; also `create_timer(node, clock, …)`
+// `const TimerInfo&`; also `create_timer(node, clock, …)`, and a program's own `GenericTimer` or
+// `WallTimer`, which `NodeTimersInterface::add_timer` adds to a node: before, it can do nothing
 void timers(Node& node, CallbackGroup::SharedPtr group) {
   TimerBase::SharedPtr timer = node.create_wall_timer(
       std::chrono::milliseconds(1), [] {}, group);
@@ -23,6 +25,9 @@ void timers(Node& node, CallbackGroup::SharedPtr group) {
       std::chrono::seconds(1), [](TimerBase&) {}, nullptr, false);
   timer = node.create_timer(std::chrono::duration<double>(0.5), [](const TimerInfo&) {});
   timer = create_timer(&node, node.get_clock(), Duration(1, 0), [] {});
+  timer = WallTimer<VoidCallbackType>::make_shared(
+      std::chrono::seconds(1), [] {}, contexts::get_global_default_context());
+  node.get_node_timers_interface()->add_timer(timer, nullptr);
   timer->cancel();
   timer->reset();
   if (timer->is_canceled() && timer->time_until_trigger().count() > 0) timer->is_steady();
@@ -92,10 +97,12 @@ void reading(const Node& node) {
   node.list_parameters({"space"}, 10);
   node.describe_parameter("gain");
 }
-// Row: `set_parameter`, `set_parameters`, `set_parameters_atomically` |
+// Row: `set_parameter`, `set_parameters`, `set_parameters_atomically`, `copy_all_parameter_values`
+// |
 void setting(Node& node) {
   if (!node.set_parameter({"gain", 0.5}).successful) node.set_parameters({Parameter("a", 1)});
   node.set_parameters_atomically({Parameter("a", 1), Parameter("text", "b")});
+  copy_all_parameter_values(&node, &node, true);
 }
 // Row: `add_on_set_parameters_callback`, `add_pre_…`, `add_post_…` | a handle keeps each
 void parameter_callbacks(Node& node) {
@@ -251,14 +258,14 @@ static_assert(rcpputils::is_pointer<std::shared_ptr<int>&>::value &&
               !rcpputils::is_pointer<int>::value &&
               std::is_same_v<rcpputils::remove_pointer<const std::unique_ptr<int>&>::type, int> &&
               std::is_same_v<rcpputils::remove_pointer<const int*>::type, const int>);
-// Row: `rcpputils::SharedLibrary`, `get_platform_library_name`, `join`, `get_env_var`,
-// `is_pointer`, `remove_pointer`, `RollingMeanAccumulator` |
+// Row: `rcpputils::SharedLibrary`, `get_platform_library_name`, `join`, `split`,
+// `get_env_var`, `is_pointer`, `remove_pointer`, `RollingMeanAccumulator` |
 void libraries() {
   rcpputils::RollingMeanAccumulator<double> mean(3);
   mean.accumulate(mean.getRollingMean());
   rcpputils::SharedLibrary library(rcpputils::get_platform_library_name("name"));
   if (library.has_symbol(rcpputils::get_env_var("a")))
-    library.get_symbol(rcpputils::join(std::vector<int>{1, 2}, "_"));
+    library.get_symbol(rcpputils::join(rcpputils::split("1/2", '/'), "_"));
   library.unload_library();
 }
 // Row: `RCLCPP_COMPONENTS_REGISTER_NODE`, `NodeFactory`, `NodeInstanceWrapper` | a component of

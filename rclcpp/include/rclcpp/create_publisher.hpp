@@ -131,21 +131,22 @@ typename WallTimer<std::decay_t<F>>::SharedPtr create_wall_timer(
     bool autostart = true) {
   if (node == nullptr) throw std::invalid_argument("input node_base cannot be null");
   const auto ns = detail::timer_period(period);
-  return std::make_shared<WallTimer<std::decay_t<F>>>(
-      std::make_shared<Clock>(RCL_STEADY_TIME), *node->takt_node(), ns, node->next_timer_name(ns),
-      std::forward<F>(callback), std::move(group), autostart);
+  auto timer = std::make_shared<WallTimer<std::decay_t<F>>>(ns, std::forward<F>(callback), nullptr,
+                                                            autostart);
+  timer->add_to(*node->takt_node(), node->next_timer_name(ns), std::move(group));
+  return timer;
 }
 template <class Rep, class Period, class F>
 typename GenericTimer<std::decay_t<F>>::SharedPtr create_timer(
     Clock::SharedPtr clock, std::chrono::duration<Rep, Period> period, F&& callback,
     CallbackGroup::SharedPtr group, node_interfaces::NodeBaseInterface* node,
     node_interfaces::NodeTimersInterface*, bool autostart = true) {
-  if (clock == nullptr) throw std::invalid_argument("clock cannot be null");
   if (node == nullptr) throw std::invalid_argument("input node_base cannot be null");
   const auto ns = detail::timer_period(period);
-  return std::make_shared<GenericTimer<std::decay_t<F>>>(
-      std::move(clock), *node->takt_node(), ns, node->next_timer_name(ns),
-      std::forward<F>(callback), std::move(group), autostart);
+  auto timer = std::make_shared<GenericTimer<std::decay_t<F>>>(
+      std::move(clock), ns, std::forward<F>(callback), nullptr, autostart);
+  timer->add_to(*node->takt_node(), node->next_timer_name(ns), std::move(group));
+  return timer;
 }
 template <class F>
 TimerBase::SharedPtr create_timer(node_interfaces::NodeBaseInterface::SharedPtr base,

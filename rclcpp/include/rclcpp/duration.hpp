@@ -9,6 +9,7 @@
 #include "takt/messages/builtin_interfaces/msg/duration.hpp"
 
 #include "rcl/time.h"
+#include "rclcpp/detail/standard_headers.hpp"
 #include "rmw/types.h"
 
 namespace rclcpp {
@@ -38,6 +39,9 @@ class Duration {
   operator builtin_interfaces::msg::Duration() const;  // NOLINT
 
   friend bool operator==(const Duration&, const Duration&) = default;
+  friend bool operator==(const Duration& duration, const builtin_interfaces::msg::Duration& other) {
+    return duration == Duration(other);  // C++20 would ask which one to convert
+  }
   friend auto operator<=>(const Duration&, const Duration&) = default;
   Duration operator+(const Duration& other) const;
   Duration operator-(const Duration& other) const;

@@ -10,7 +10,6 @@
 #include "takt/nodes/node_options.hpp"
 
 #include "rclcpp/context.hpp"
-#include "rclcpp/detail/refused.hpp"
 #include "rclcpp/parameter.hpp"
 #include "rclcpp/qos.hpp"
 
@@ -45,6 +44,7 @@ class NodeOptions {
   RCLCPP_OPTION_(bool, start_parameter_services, true)
   RCLCPP_OPTION_(bool, start_parameter_event_publisher, true)
   RCLCPP_OPTION_(bool, enable_logger_service, false)
+  RCLCPP_OPTION_(rcl_clock_type_t, clock_type, RCL_ROS_TIME)
   RCLCPP_OPTION_(bool, use_clock_thread, true)
   RCLCPP_OPTION_(bool, allow_undeclared_parameters, false)
   RCLCPP_OPTION_(bool, automatically_declare_parameters_from_overrides, false)
@@ -61,15 +61,6 @@ class NodeOptions {
   NodeOptions& append_parameter_override(const std::string& name, const T& value) {
     parameter_overrides_.emplace_back(name, ParameterValue(value));
     return *this;
-  }
-  template <class T>
-  NodeOptions& clock_type(const T&) {
-    static_assert(detail::kRefused<T>,
-                  "Takt's nodes have a clock of ROS time: see docs/reference/rclcpp.md");
-    return *this;
-  }
-  rcl_clock_type_t clock_type() const {
-    return RCL_ROS_TIME;
   }
 
   // For this library. nullopt: the node is not in a Takt container.

@@ -3,28 +3,10 @@
 #ifndef RCLCPP__RCLCPP_HPP_
 #define RCLCPP__RCLCPP_HPP_
 
-// The standard headers are for programs that rely on getting them from here.
-#include <algorithm>
-#include <array>
-#include <cassert>
-#include <chrono>
-#include <csignal>
-#include <functional>
-#include <iostream>
-#include <map>
-#include <memory>
-#include <mutex>
-#include <numeric>
-#include <sstream>
-#include <string>
-#include <thread>
-#include <vector>
-
-#include <cxxabi.h>
-#include <math.h>  // NOLINT: programs call atan2() without std::
-
 #include "rcl/allocator.h"
 #include "rcl/error_handling.h"
+#include "rclcpp/copy_all_parameter_values.hpp"
+#include "rclcpp/detail/standard_headers.hpp"
 #include "rclcpp/executors.hpp"
 #include "rclcpp/expand_topic_or_service_name.hpp"
 #include "rclcpp/guard_condition.hpp"

@@ -33,6 +33,12 @@ class Time {
   Time& operator=(const builtin_interfaces::msg::Time& message) { return *this = Time(message); }
 
   bool operator==(const Time& other) const { return (*this <=> other) == 0; }
+  // As in C++17, in which the left one decides: messages have no type of clock.
+  using Message = builtin_interfaces::msg::Time;
+  friend bool operator==(const Time& time, const Message& other) { return time == Time(other); }
+  friend bool operator==(const Message& message, const Time& time) {
+    return message == static_cast<Message>(time);
+  }
   std::strong_ordering operator<=>(const Time& other) const;
   Time operator+(const Duration& duration) const;
   Time operator-(const Duration& duration) const;

@@ -13,7 +13,9 @@ class NodeClockInterface {
  public:
   RCLCPP_SMART_PTR_ALIASES_ONLY(NodeClockInterface)
   explicit NodeClockInterface(NodeBaseInterface& node)
-      : clock_(std::make_shared<Clock>(node.takt_node()->clock().as_simulated())) {}
+      : clock_(node.options().clock_type() == RCL_ROS_TIME
+                   ? std::make_shared<Clock>(node.takt_node()->clock().as_simulated())
+                   : std::make_shared<Clock>(node.options().clock_type())) {}
 
   Clock::SharedPtr get_clock() { return clock_; }
   Clock::ConstSharedPtr get_clock() const { return clock_; }

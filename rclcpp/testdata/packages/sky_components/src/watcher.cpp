@@ -19,7 +19,7 @@ class Watcher : public rclcpp::Node {
           RCLCPP_INFO(get_logger(), "it has %zu clouds", sky->clouds.size());
           rclcpp::shutdown();
         });
-    timer_ = create_wall_timer(std::chrono::milliseconds(20), [this] {
+    timer_ = create_wall_timer(std::chrono::milliseconds(20), [=] {
       auto sky = std::make_unique<sky_interfaces::msg::Sky>();
       sky->clouds.resize(lround(3.0));  // of <math.h>, which packages have from rclcpp.hpp
       publisher_->publish(std::move(sky));
