@@ -3,10 +3,12 @@
 #include <limits>
 
 #include "rclcpp_test.hpp"
+#include "rcpputils/asserts.hpp"
 #include "rcpputils/env.hpp"
 #include "rcpputils/rolling_mean_accumulator.hpp"
 #include "rcpputils/shared_library.hpp"
 #include "rcpputils/split.hpp"
+#include "rcutils/time.h"
 
 namespace rclcpp {
 namespace {
@@ -200,6 +202,22 @@ TEST(Rcpputils, VariablesOfTheEnvironmentAreSetAndRead) {
   EXPECT_TRUE(rcpputils::set_env_var("OF_THIS_TEST", nullptr));
   EXPECT_EQ(rcpputils::get_env_var("OF_THIS_TEST"), "");
   EXPECT_THROW(rcpputils::set_env_var("", "1"), std::runtime_error);
+}
+
+TEST(Rcutils, HasTheTime) {
+  rcutils_time_point_value_t before = 0, now = 0;
+  ASSERT_EQ(rcutils_system_time_now(&before), RCUTILS_RET_OK);
+  EXPECT_LT(RCUTILS_S_TO_NS(1'600'000'000), before);
+  ASSERT_EQ(rcutils_steady_time_now(&before), RCUTILS_RET_OK);
+  ASSERT_EQ(rcutils_steady_time_now(&now), RCUTILS_RET_OK);
+  EXPECT_LE(before, now);
+  EXPECT_EQ(rcutils_steady_time_now(nullptr), RCUTILS_RET_INVALID_ARGUMENT);
+}
+
+TEST(Rcpputils, ChecksThrow) {
+  EXPECT_NO_THROW(rcpputils::require_true(true));
+  EXPECT_THROW(rcpputils::require_true(false), std::invalid_argument);
+  EXPECT_THROW(rcpputils::check_true(false), rcpputils::IllegalStateException);
 }
 
 TEST(Rcpputils, ATextIsSplit) {

@@ -28,12 +28,12 @@ composition_interfaces rclcpp"
     "rosidl_typesupport_introspection_cpp 4.6.5")
 
 set(takt_ros2_packages_messages
-    "builtin_interfaces 2.0.2" "unique_identifier_msgs 2.5.0" "lifecycle_msgs 2.0.2" "std_srvs 5.3.5"
+    "builtin_interfaces 2.0.2" "unique_identifier_msgs 2.5.0" "lifecycle_msgs 2.0.2" "std_srvs 5.3.7"
     "type_description_interfaces 2.0.2" "action_tutorials_interfaces 0.33.5" "example_interfaces 0.12.0"
     "rosgraph_msgs 2.0.2" "action_msgs 2.0.2" "rcl_interfaces 2.0.2" "composition_interfaces 2.0.2"
-    "service_msgs 2.0.2" "statistics_msgs 2.0.2" "std_msgs 5.3.5" "diagnostic_msgs 5.3.5"
-    "geometry_msgs 5.3.5" "nav_msgs 5.3.5" "sensor_msgs 5.3.5" "shape_msgs 5.3.5" "stereo_msgs 5.3.5"
-    "tf2_msgs 0.36.7" "trajectory_msgs 5.3.5" "visualization_msgs 5.3.5")
+    "service_msgs 2.0.2" "statistics_msgs 2.0.2" "std_msgs 5.3.7" "diagnostic_msgs 5.3.7"
+    "geometry_msgs 5.3.7" "nav_msgs 5.3.7" "sensor_msgs 5.3.7" "shape_msgs 5.3.7" "stereo_msgs 5.3.7"
+    "tf2_msgs 0.36.7" "trajectory_msgs 5.3.7" "visualization_msgs 5.3.7")
 
 set(takt_ros2_packages_tool
     "ament_cmake 2.5.4" "ament_cmake_auto 2.5.4" "ament_cmake_core 2.5.4" "ament_cmake_export_definitions 2.5.4"

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Libraries of ROS 2 that robots link build from their sources, unchanged, pass their own tests, and run.
 
-usage: upstream_test.py TAKT PROGRAMS [--work DIR] [--without-tests] [--record FILE]
+usage: upstream_test.py TAKT PROGRAMS [PACKAGE...] [--work DIR] [--without-tests] [--record FILE]
 
-The folder that TAKT_UPSTREAM names has clones of their repositories. --work keeps what was built; --record writes the
-list of docs/results, with the tests of the last run that built them there.
+The folder that TAKT_UPSTREAM names has clones of their repositories; packages that are named are the only ones that are
+built. --work keeps what was built; --record writes the list of docs/results, with the tests of the last run that built
+them there, and the rows that it had of packages that this run did not build.
 SPDX-License-Identifier: Apache-2.0
 """
 import argparse
@@ -45,7 +46,19 @@ PACKAGES = {
                           "`pal_statistics` 2.2.3 has not",
     "controller_interface": "", "transmission_interface": "", "control_toolbox": "it needs `tf2/LinearMath/Vector3.hpp`, which tf2 of 2024 has not",
     "controller_manager": "its spawner, in Python, is left out",
-    "forward_command_controller": "", "position_controllers": "", "joint_state_broadcaster": "", "joint_trajectory_controller": ""}
+    "forward_command_controller": "", "position_controllers": "", "joint_state_broadcaster": "", "joint_trajectory_controller": "",
+    "geographic_msgs": "", "laser_geometry": "", "map_msgs": "", "interactive_markers": "",
+    "robot_localization": "", "behaviortree_cpp": "", "nav2_common": "its launch files, in Python, do not run", "nav2_msgs": "", "nav_2d_msgs": "", "dwb_msgs": "",
+    "nav2_util": "", "nav2_lifecycle_manager": "", "nav2_voxel_grid": "", "nav2_costmap_2d": "", "nav_2d_utils": "", "costmap_queue": "",
+    "nav2_behavior_tree": "", "nav2_core": "", "nav2_controller": "", "dwb_core": "", "dwb_critics": "", "dwb_plugins": "", "slam_toolbox": "",
+    "teleop_twist_joy": "", "wiimote_msgs": "", "joy_linux": "", "sdl2_vendor": "", "joy": "", "spacenav": "", "laser_filters": "",
+    "pointcloud_to_laserscan": "", "imu_filter_madgwick": "", "imu_complementary_filter": "", "twist_mux": "", "topic_tools_interfaces": "",
+    "topic_tools": "", "velodyne_msgs": "", "velodyne_laserscan": "", "velodyne_driver": "", "cmd_vel_mux": "", "rplidar_ros": "",
+    "cascade_lifecycle_msgs": "", "rclcpp_cascade_lifecycle": "", "asio_cmake_module": "", "udp_msgs": "", "io_context": "", "explore_lite": "",
+    "laser_proc": "", "urg_c": "", "urg_node_msgs": "", "urg_node": "", "dynamixel_sdk": "", "gps_msgs": "", "ackermann_msgs": "", "udp_driver": "",
+    "serial_driver": ""}
+# What they need cannot be had here: the error names all of it.
+LACKING = {"slam_toolbox": ["rviz_common", "rviz_default_plugins", "rviz_ogre_vendor", "rviz_rendering"]}
 WITHOUT_TESTS = {"image_transport", "test_msgs"}
 MAY_FAIL = {"test_async_function_handler"}
 URDF = """<?xml version="1.0"?><robot name="arm"><link name="base"/><link name="tool"/><link name="tip"/>
@@ -81,6 +94,14 @@ threads: {control: {policy: SCHED_FIFO, priority: 80}}
 executors: {control: {type: single_threaded, threads: [control]}}
 nodes: {/controller_manager: {callback_groups: {group_1: {executor: control}}, callbacks: {timer_5ms: {deadline: 5ms}}}}
 """
+FILTER = """ekf_filter_node: {ros__parameters: {frequency: 30.0, two_d_mode: true, world_frame: odom,
+  odom0: odom, odom0_config: [false, false, false, false, false, false, true, false, false, false, false, false, false, false, false],
+  imu0: imu, imu0_config: [false, false, false, false, false, false, false, false, false, false, false, true, false, false, false]}}
+"""
+COSTMAP = """lifecycle_manager: {ros__parameters: {autostart: true, node_names: [costmap], bond_timeout: 0.0}}
+costmap: {ros__parameters: {global_frame: odom, rolling_window: true, width: 4, height: 4, robot_radius: 0.2,
+  plugins: [inflation], inflation: {plugin: "nav2_costmap_2d::InflationLayer"}}}
+"""
 
 
 class Workspace:
@@ -92,7 +113,12 @@ class Workspace:
                                self.work / "install", *arguments], capture_output=True, text=True, timeout=1800, env=environment)
         (self.work / f"{name}.log").write_text(done.stdout + done.stderr)
         errors = [line for line in (done.stdout + done.stderr).splitlines() if re.search(r"error:|CMake Error", line)]
-        check(f"{name} builds", done.returncode == 0, *errors[:5])
+        if name in LACKING:
+            lacks = LACKING[name]
+            check(f"{name} is refused, with all that it lacks", done.returncode != 0 and all(need in done.stderr for need in lacks), done.stderr)
+            self.results[name] = [f"it lacks {', '.join(f'`{need}`' for need in lacks)}"]
+        else:
+            check(f"{name} builds", done.returncode == 0, *errors[:5])
         return done.returncode == 0
 
     def own_tests(self, name):
@@ -178,6 +204,21 @@ def control_runs(space):
                 space.run(["sleep", "5"], description, fast))
 
 
+def navigation_runs(space):
+    program, own, work = space.program, "robot_navigation", space.work
+    for name, text in (("filter.yaml", FILTER), ("costmap.yaml", COSTMAP)):
+        (work / name).write_text(text)
+    localization = program("robot_localization", "ekf_node", "--ros-args", "--params-file", work / "filter.yaml")
+    space.holds(["robot_localization"], "it estimates how a robot moves, as a message and as a transform",
+                "0.5 m/s, 0.2 rad/s, its transform is near\n", space.run(program(own, "drive"), localization))
+    arguments = ("--ros-args", "--params-file", work / "costmap.yaml")
+    space.holds(["nav2_lifecycle_manager", "nav2_util", "nav2_costmap_2d", "nav2_msgs"], "the manager configures and activates a costmap with a plugin",
+                "Managed nodes are active", space.run(program("nav2_lifecycle_manager", "lifecycle_manager", *arguments),
+                                                      program("nav2_costmap_2d", "nav2_costmap_2d", *arguments),
+                                                      program("tf2_ros", "static_transform_publisher", "--frame-id", "odom",
+                                                              "--child-frame-id", "base_link"), seconds=15))
+
+
 def commit_of(folder):
     def git(*words):
         done = subprocess.run(["git", "-C", folder, *words], capture_output=True, text=True, check=False)
@@ -186,32 +227,39 @@ def commit_of(folder):
     return repository, git("log", "-1", "--format=%h of %cs") or "?"
 
 
-def page(space, packages, built, tests):
-    here = subprocess.run(["git", "-C", HERE, "rev-parse", "--short=9", "HEAD"], capture_output=True, text=True, check=False)
-    rows = []
+def rows(space, packages, built, tests, record):
+    """A row for each package that this run built; others are those that the list had."""
+    earlier = {name: row for row, name in re.findall(r"^(\| (\w+) \| .*)$", record.read_text(), re.MULTILINE)} if record.exists() else {}
     for name, differs in PACKAGES.items():
-        if name in packages:
+        if name in built:
             repository, commit = commit_of(packages[name].folder)
-            rows.append(f"| {name} | [{repository.removeprefix('github.com/')}](https://{repository}) | {commit} | "
-                        f"{'yes' if built[name] else '**no**'} | {tests.get(name, 'not built')} | "
-                        f"{'; '.join(space.results.get(name, ['what needs it builds']))} | {differs} |")
+            yield (f"| {name} | [{repository.removeprefix('github.com/')}](https://{repository}) | {commit} | "
+                   f"{'yes' if built[name] else '**no**'} | {tests.get(name, 'not built')} | "
+                   f"{'; '.join(space.results.get(name, ['what needs it builds']))} | {differs} |")
+        elif name in earlier:
+            yield earlier[name]
+
+
+def page(table, built):
+    here = subprocess.run(["git", "-C", HERE, "rev-parse", "--short=9", "HEAD"], capture_output=True, text=True, check=False)
     return f"""# Libraries that robots link, from their sources
 
-{sum(built.values())} of {len(built)} packages build unchanged with `takt ros2 build`, of the sources named here. Their own tests are those that
+{sum('| yes |' in row for row in table)} of {len(table)} packages build unchanged with `takt ros2 build`, of the sources named here. Their own tests are those that
 GoogleTest runs, one after the other, in the last runs that built them.
 
-Made on {datetime.date.today()} at {here.stdout.strip()} by `rclcpp/cmake/upstream_test.py --record`, on {os.cpu_count()} CPUs, {platform.system()}
-{platform.release()}. No ROS 2 was there: that they talk with one was not tried.
+Made on {datetime.date.today()} at {here.stdout.strip()} by `rclcpp/cmake/upstream_test.py --record`, which built {len(built)} of them, on
+{os.cpu_count()} CPUs, {platform.system()} {platform.release()}; other rows are of runs before. No ROS 2 was there: that they talk with one was not tried.
 
 | package | repository | commit | builds | own tests pass | runs | what differs |
 |---|---|---|---|---|---|---|
-""" + "\n".join(rows) + "\n"
+""" + "\n".join(table) + "\n"
 
 
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("takt", type=pathlib.Path)
     parser.add_argument("programs", type=pathlib.Path)
+    parser.add_argument("names", metavar="PACKAGE", nargs="*")
     parser.add_argument("--work", type=pathlib.Path)
     parser.add_argument("--record", type=pathlib.Path)
     parser.add_argument("--without-tests", action="store_true")
@@ -225,7 +273,7 @@ def main():
         packages = ros2_build.find_packages([pathlib.Path(upstream).resolve()])
         known = space.work / "tests.json"
         built, tests = {}, json.loads(known.read_text()) if known.exists() else {}
-        for name in PACKAGES:
+        for name in [name for name in PACKAGES if not options.names or name in options.names]:
             if name not in packages:
                 print(f"left out: {name}, as it is not in {upstream}")
                 continue
@@ -234,11 +282,12 @@ def main():
             if built[name] and with_tests:
                 tests[name] = space.own_tests(name)
                 known.write_text(json.dumps(tests))
-        for name, needed, what in (("robot_programs", "tf2_ros", runs), ("robot_control", "controller_manager", control_runs)):
+        for name, needed, what in (("robot_programs", "tf2_ros", runs), ("robot_control", "controller_manager", control_runs),
+                                   ("robot_navigation", "nav2_costmap_2d", navigation_runs)):
             if built.get(needed) and space.build(name, options.programs / name):
                 what(space)
         if options.record:
-            options.record.write_text(page(space, packages, built, tests))
+            options.record.write_text(page(list(rows(space, packages, built, tests, options.record)), built))
     finish()
 
 

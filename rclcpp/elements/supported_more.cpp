@@ -4,6 +4,8 @@
 #include "rclcpp/parameter_events_filter.hpp"
 #include "rclcpp_components/node_factory_template.hpp"
 #include "rclcpp_components/register_node_macro.hpp"
+#include "rcpputils/asserts.hpp"
+#include "rcpputils/endian.hpp"
 #include "rcpputils/env.hpp"
 #include "rcpputils/join.hpp"
 #include "rcpputils/pointer_traits.hpp"
@@ -259,7 +261,8 @@ static_assert(rcpputils::is_pointer<std::shared_ptr<int>&>::value &&
               std::is_same_v<rcpputils::remove_pointer<const std::unique_ptr<int>&>::type, int> &&
               std::is_same_v<rcpputils::remove_pointer<const int*>::type, const int>);
 // Row: `rcpputils::SharedLibrary`, `get_platform_library_name`, `join`, `split`,
-// `get_env_var`, `is_pointer`, `remove_pointer`, `RollingMeanAccumulator` |
+// `get_env_var`, `is_pointer`, `remove_pointer`, `RollingMeanAccumulator`, `require_true`,
+// `check_true`, `assert_true`, `endian` |
 void libraries() {
   rcpputils::RollingMeanAccumulator<double> mean(3);
   mean.accumulate(mean.getRollingMean());
@@ -267,6 +270,7 @@ void libraries() {
   if (library.has_symbol(rcpputils::get_env_var("a")))
     library.get_symbol(rcpputils::join(rcpputils::split("1/2", '/'), "_"));
   library.unload_library();
+  rcpputils::require_true(rcpputils::endian::native == rcpputils::endian::little);
 }
 // Row: `RCLCPP_COMPONENTS_REGISTER_NODE`, `NodeFactory`, `NodeInstanceWrapper` | a component of
 // Takt's containers: `takt run` loads it

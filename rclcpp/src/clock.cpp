@@ -11,6 +11,7 @@
 
 #include "rclcpp/rate.hpp"
 #include "rclcpp/utilities.hpp"
+#include "rcutils/time.h"
 
 namespace rclcpp {
 namespace {
@@ -165,3 +166,17 @@ bool Rate::sleep() {
 }
 
 }  // namespace rclcpp
+
+namespace {
+rcutils_ret_t set_to_now(rcutils_time_point_value_t* time, rcl_clock_type_t type) {
+  if (time == nullptr) return RCUTILS_RET_INVALID_ARGUMENT;
+  *time = rclcpp::Clock(type).now().nanoseconds();
+  return RCUTILS_RET_OK;
+}
+}  // namespace
+rcutils_ret_t rcutils_system_time_now(rcutils_time_point_value_t* now) {
+  return set_to_now(now, RCL_SYSTEM_TIME);
+}
+rcutils_ret_t rcutils_steady_time_now(rcutils_time_point_value_t* now) {
+  return set_to_now(now, RCL_STEADY_TIME);
+}
