@@ -214,20 +214,21 @@ class Publisher : public PublisherBase {
   void publish(LoanedMessage<T>&& message) noexcept {
     const PublishTime now = stamp();
     if (!message) return;
-    if (!message.is_outside_) {
-      send(*std::exchange(message.block_, nullptr), now);
-    } else if (is_for_outside_only()) {
-      write_lent(*std::exchange(message.block_, nullptr), now);
-    } else {  // a reader in this process has come meanwhile
-      const LoanedMessage<T> loan = std::move(message);
-      publish_copy(*loan, now);
-    }
+    if (message.is_outside_) [[unlikely]]
+      return publish_lent(std::move(message), now);
+    send(*std::exchange(message.block_, nullptr), now);
   }
   void publish(std::unique_ptr<T> message) { publish_owned(std::move(message), stamp()); }
   void publish(std::shared_ptr<const T> message) { publish_owned(std::move(message), stamp()); }
   void publish(const T& message) { publish_copy(message, stamp()); }
 
  private:
+  // Apart, so that publish() is short enough to be inlined.
+  [[gnu::noinline]] void publish_lent(LoanedMessage<T>&& message, const PublishTime& now) noexcept {
+    if (is_for_outside_only()) return write_lent(*std::exchange(message.block_, nullptr), now);
+    const LoanedMessage<T> loan = std::move(message);
+    publish_copy(*loan, now);  // a reader in this process has come meanwhile
+  }
   void publish_copy(const T& message, const PublishTime& now) {
     if (LoanedMessage<T> loan = place_for_copy()) {
       *loan = message;

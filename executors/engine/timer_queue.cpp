@@ -49,8 +49,7 @@ void TimerQueue::rearm(ReadyCallback* first) noexcept {
   }
 }
 
-CallbackRecord* TimerQueue::take_due(TimePoint& due) noexcept {
-  if (entries_.empty() || entries_.front().first > now_) return nullptr;
+CallbackRecord* TimerQueue::take_first(TimePoint& due) noexcept {
   const auto [release, record] = entries_.front();
   std::pop_heap(entries_.begin(), entries_.end(), due_later);
   entries_.pop_back();

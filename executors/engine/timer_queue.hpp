@@ -44,7 +44,9 @@ class TimerQueue {
   /// The release times of these, linked by next, have changed.
   void rearm(ReadyCallback* first) noexcept;
   /// The timer that is due first, and since when; nullptr when none is due by now().
-  CallbackRecord* take_due(TimePoint& due) noexcept;
+  CallbackRecord* take_due(TimePoint& due) noexcept {
+    return entries_.empty() || entries_.front().first > now_ ? nullptr : take_first(due);
+  }
   /// When the first timer is due, kNever when there is none.
   TimePoint next_release() const noexcept {
     return entries_.empty() || timers_are_held() ? kNever : entries_.front().first;
@@ -69,6 +71,8 @@ class TimerQueue {
   void exchange(Entries& memory, const std::vector<CallbackRecord*>& removed) noexcept;
 
  private:
+  CallbackRecord* take_first(TimePoint& due) noexcept;
+
   Clock& clock_;
   Entries entries_;  // a heap, the first due in front
   std::atomic<bool> are_held_{false};
