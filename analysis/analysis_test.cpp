@@ -404,7 +404,7 @@ System scaled(System system, Time by) {
 TEST(Analysis, TimesScaleExactly) {
   const std::vector<std::string> exact{"periods", "snapshots", "work_conserving"};
   std::size_t bounds = 0;
-  for (std::uint64_t seed = 1; seed <= 300 / testing::kFewerSanitized; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 300 / kFewerSanitized; ++seed) {
     const testing::RandomSystem random(seed, {.has_overheads = true, .has_periods = true});
     const bool has_reservation =
         std::any_of(random.system.executors.begin(), random.system.executors.end(),
@@ -418,13 +418,13 @@ TEST(Analysis, TimesScaleExactly) {
       ++bounds;
     }
   }
-  EXPECT_GE(bounds, 300 / testing::kFewerSanitized);
+  EXPECT_GE(bounds, 300 / kFewerSanitized);
 }
 
 // All times in another unit; only the blocking of one unit less than an execution is not scaled,
 // and the work that several threads share is divided.
 TEST(Analysis, TheUnitOfTimeDoesNotMatter) {
-  for (std::uint64_t seed = 1; seed <= 200 / testing::kFewerSanitized; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 200 / kFewerSanitized; ++seed) {
     const testing::RandomSystem random(seed, {});
     const bool has_threads =
         std::any_of(random.system.executors.begin(), random.system.executors.end(),
@@ -443,7 +443,7 @@ TEST(Analysis, TheUnitOfTimeDoesNotMatter) {
 }
 
 TEST(Analysis, MoreWorkOrJitterLowersNoBound) {
-  for (std::uint64_t seed = 1; seed <= 300 / testing::kFewerSanitized; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 300 / kFewerSanitized; ++seed) {
     testing::RandomSystem random(seed, {.has_outside = true, .has_periods = true});
     System more = random.system;
     Callback& one = more.callbacks[random.between(0, more.callbacks.size() - 1)];
@@ -466,7 +466,7 @@ TEST(Analysis, MoreWorkOrJitterLowersNoBound) {
 }
 
 TEST(Analysis, TermsAddUpToTheBound) {
-  for (std::uint64_t seed = 1; seed <= 200 / testing::kFewerSanitized; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 200 / kFewerSanitized; ++seed) {
     const testing::RandomSystem random(seed, {.has_overheads = true, .has_periods = true});
     const Options options{.limit = 100'000, .explains = true};
     for (const ChainBound& chain : analyze(random.system, options).chains) {

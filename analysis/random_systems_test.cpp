@@ -23,7 +23,7 @@ using testing::Shape;
 
 constexpr Time kEnd = 4000;
 
-constexpr std::uint64_t kSystems = 3000 / testing::kFewerSanitized;
+constexpr std::uint64_t kSystems = 3000 / kFewerSanitized;
 
 Shape shape_of(std::uint64_t seed) {
   Shape shape;
@@ -235,7 +235,7 @@ TEST(RandomSystems, NoResponseIsLongerThanAnyBound) {
 }
 
 TEST(Analysis, MoreOverheadLowersNoBound) {
-  for (std::uint64_t seed = 1; seed <= 200 / testing::kFewerSanitized; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 200 / kFewerSanitized; ++seed) {
     testing::RandomSystem random(seed, {.has_overheads = true, .has_periods = true});
     Bounds before = analyze(random.system, {.limit = 100'000});
     for (Time Overheads::*const overhead :

@@ -10,6 +10,7 @@
 
 #include "takt/base/logger.hpp"
 #include "takt/containers/modes_test.hpp"
+#include "takt/testing/sanitized.hpp"
 
 namespace takt::modes_test {
 namespace {
@@ -307,7 +308,7 @@ class Counting : public Node {
 
 TEST(Modes, ManySwitchesLoseNothing) {
   provide<Counting>("test::ModesCounting");
-  constexpr int kSwitches = 10'000;
+  constexpr int kSwitches = 10'000 / kFewerSanitized;
   struct Quiet {
     const LogLevel before = Logger::instance().level();
     Quiet() { Logger::instance().set_level(LogLevel::warn); }

@@ -104,7 +104,7 @@ class PeerProcess {
     greeting_ = ask(first_line);
   }
   ~PeerProcess() {
-    if (commands_ != nullptr) fclose(commands_);
+    end();
     fclose(answers_);
     int status = 0;
     waitpid(pid_, &status, 0);
@@ -125,9 +125,13 @@ class PeerProcess {
     while (text.ends_with('\n')) text.pop_back();
     return text;
   }
+  /// Says that nothing more comes, at which it ends.
+  void end() {
+    if (commands_ != nullptr) fclose(std::exchange(commands_, nullptr));
+  }
   /// Ends the process; returns false if it did not end in time and was killed.
   bool ends() {
-    fclose(std::exchange(commands_, nullptr));
+    end();
     siginfo_t info{};
     const bool has_ended = eventually([&] {
       return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOWAIT | WNOHANG) == 0 &&

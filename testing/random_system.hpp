@@ -15,19 +15,12 @@
 #include <fmt/ranges.h>
 
 #include "takt/analysis/system.hpp"
+#include "takt/testing/sanitized.hpp"
 
 namespace takt::testing {
 
 using analysis::Order;
 using analysis::Time;
-
-/// Sanitizers are slow, and look for other mistakes: with them a test divides by this how many
-/// systems it looks at.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr std::uint64_t kFewerSanitized = 10;
-#else
-inline constexpr std::uint64_t kFewerSanitized = 1;
-#endif
 
 /// How many a test looks at: as many as it does in `./dev test`, unless `./dev stress` says more.
 inline std::uint64_t random_systems(std::uint64_t usual) {

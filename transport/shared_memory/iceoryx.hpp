@@ -60,8 +60,8 @@ void put_chunk(ddsi_serdata& data, void* subscriber, void* chunk) noexcept;
 /// The chunk in which this serdata's message lies, if it is of this type; nullptr: in none.
 const ChunkHeader* chunk_of(const ddsi_serdata& data, const MessageType& type) noexcept;
 
-// A chunk goes from its reader to the next writer through iceoryx's pool, which is built without the
-// thread sanitizer: that is told here what the pool's atomics order.
+// A chunk goes from its reader to the next writer through iceoryx's pool, which is built without
+// the thread sanitizer. These say to it what the pool's atomics order.
 #if defined(__SANITIZE_THREAD__)
 extern "C" void __tsan_acquire(void* address);
 extern "C" void __tsan_release(void* address);
