@@ -51,6 +51,13 @@ std::string full_name(const ComponentDescription& component) {
   return full_node_name(component.name_space, component.name);
 }
 
+bool uses(const ComponentDescription& component, const ExecutorDescription& executor) {
+  return component.executor == executor.name ||
+         (component.executor.empty() && executor.name == "default") ||
+         std::any_of(component.callback_groups.begin(), component.callback_groups.end(),
+                     [&](const auto& group) { return group.second.executor == executor.name; });
+}
+
 std::string noun_of(const ComponentDescription& component) {
   return component.type.empty() ? fmt::format("node '{}'", full_name(component))
                                 : fmt::format("component '{}'", component.type);
@@ -155,15 +162,7 @@ std::vector<SystemDescription> split(const SystemDescription& system, Compositio
     if (process.lifecycle) process.lifecycle->manager = manager;
     const auto is_used = [&process](const ExecutorDescription& executor) {
       return std::any_of(process.components.begin(), process.components.end(),
-                         [&](const auto& component) {
-                           const auto uses = [&](const auto& group) {
-                             return group.second.executor == executor.name;
-                           };
-                           return component.executor == executor.name ||
-                                  (component.executor.empty() && executor.name == "default") ||
-                                  std::any_of(component.callback_groups.begin(),
-                                              component.callback_groups.end(), uses);
-                         });
+                         [&](const auto& component) { return uses(component, executor); });
     };
     const auto is_of_chain = [&process](const ExecutorDescription& executor) {
       return std::any_of(process.chains.begin(), process.chains.end(),

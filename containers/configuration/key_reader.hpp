@@ -22,8 +22,7 @@ struct ConfigurationReading : Reading {
   /// The file has `machine: cpus`: threads are checked against these, not against this machine's.
   bool names_cpus = false;
   FileThreads threads{errors};
-  std::vector<ThreadAttributes> executors_threads;  // of all executors, once for each use
-  std::set<std::string> executors{"default"};       // exists in every system
+  std::set<std::string> executors{"default"};  // exists in every system
   std::set<std::string> broken;  // schedulers and wait back ends whose errors were reported
 };
 

@@ -172,6 +172,9 @@ struct ComponentDescription {
 /// The node name with its namespace: "/front/lidar"; empty if the class names its node.
 std::string full_name(const ComponentDescription& component);
 
+/// Whether its node, or one of its groups, is for this executor.
+bool uses(const ComponentDescription& component, const ExecutorDescription& executor);
+
 /// For messages: "component 'demo::Lidar'", or "node '/front/lidar'" of a program.
 std::string noun_of(const ComponentDescription& component);
 

@@ -142,6 +142,31 @@ TEST_F(ThreadsAndExecutors, RefusesReservationsThatTogetherAreMoreThanTheMachine
                     HasSubstr(" CPUs, of "), HasSubstr("; shorten runtimes, lengthen periods")));
 }
 
+// Linux admits all reservations of the machine together, and each process and each isolated node has
+// its own.
+TEST_F(ThreadsAndExecutors, CountsReservationsOncePerProcessAndIsolatedNode) {
+  const auto errors = [](const std::string& type, const std::string& components) {
+    return ConfigurationFile("robot.yaml",
+                             "machine: {cpus: [0], rt_runtime: 700ms}\n"
+                             "threads: {a: {policy: SCHED_DEADLINE, runtime: 4ms, period: 10ms}}\n"
+                             "executors:\n  a: {type: " +
+                                 type + ", threads: [a]}\n" + components)
+        .errors();
+  };
+  const char* const both =
+      "container: {components: [{component: takt::Workload, name: x, executor: a}, "
+      "{component: takt::Workload, name: y, executor: a}]}\n";
+  const char* const each =
+      "containers: [{name: p, components: [{component: takt::Workload, name: x, executor: a}]}, "
+      "{name: q, components: [{component: takt::Workload, name: y, executor: a}]}]\n";
+  const std::string too_much =
+      "robot.yaml:3: SCHED_DEADLINE threads reserve 0.8 CPUs, of 0.7 that there are for them; "
+      "shorten runtimes, lengthen periods, or raise kernel.sched_rt_runtime_us\n";
+  EXPECT_EQ(errors("events", both), "no error\n");
+  EXPECT_EQ(errors("events", each), too_much);
+  EXPECT_EQ(errors("isolated", both), too_much);
+}
+
 TEST_F(ThreadsAndExecutors, RefusesThreadsThatSpinAlwaysAndWouldStarveOthers) {
   const std::string spinning =
       "executors:\n  a: {spin: always, threads: [t]}\n"

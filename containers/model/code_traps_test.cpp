@@ -223,6 +223,23 @@ class CodeSeveral : public Node {
   std::vector<Timer::SharedPtr> timers_;
 };
 
+// Only the nodes say how many groups there are.
+TEST(Keys, AllReservationsOfIsolatedGroupsTogetherAreAdmitted) {
+  const auto analyzed_with = [](int threads) {
+    return analyzed(fmt::format(R"(
+machine: {{cpus: 2, rt_runtime: 950ms}}
+threads: {{any: {{policy: SCHED_DEADLINE, runtime: 4900us, period: 10ms}}}}
+executors: {{default: {{type: isolated, per: group, threads: [any], reentrant_threads: {}}}}}
+container: {{components: [{{component: tricky::CodeSeveral, name: s, executor: default}}]}}
+)",
+                                threads));
+  };
+  EXPECT_NO_THROW(analyzed_with(3));
+  EXPECT_THAT([&] { analyzed_with(4); },
+              testing::ThrowsMessage<Error>(
+                  HasSubstr("system.yaml: SCHED_DEADLINE threads reserve 1.96 CPUs, of 1.9")));
+}
+
 TEST(Keys, AReentrantGroupOfIsolatedMayHaveSeveralThreads) {
   const auto analyzed_with = [](const char* keys, const char* of_chain = "") {
     return analyzed(fmt::format(R"(

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/containers/configuration/reservations.hpp"
 #include "takt/containers/model/model_builder.hpp"
 #include "takt/containers/modes.hpp"
 #include "takt/containers/planning/plan.hpp"
@@ -213,6 +214,9 @@ void ModelBuilder::add_threads(const ModelledProcess& process,
 }
 
 void ModelBuilder::place_threads() {
+  std::vector<ThreadAttributes> wanted;
+  for (const ModelledThread& thread : threads_) wanted.push_back(thread.attributes);
+  check_reservations(wanted, description_.machine, description_.file);
   const bool has_rights = description_.realtime != Realtime::off;
   for (ModelledThread& thread : threads_) {
     ThreadAttributes& attributes = thread.attributes;

@@ -12,6 +12,7 @@
 
 #include "takt/base/available_cpus.hpp"
 #include "takt/base/manual_clock.hpp"
+#include "takt/containers/configuration/reservations.hpp"
 #include "takt/containers/modes.hpp"
 #include "takt/containers/simulation/arrivals.hpp"
 #include "takt/containers/simulation/draws.hpp"
@@ -161,26 +162,7 @@ void Simulation::take_machine() {
              "correct its affinity, or `machine: cpus`", thread.where);
     }
   }
-  refuse_reservations();
-}
-
-// Refuses reservations that Linux would refuse on the simulated machine.
-void Simulation::refuse_reservations() const {
-  std::vector<ThreadAttributes> threads;
-  for (const SystemDescription& process : processes_) {
-    for (const ExecutorDescription& executor : process.executors) {
-      for (const std::string& name : executor.threads) {
-        if (const ThreadDescription* const found = find_thread(system_, name))
-          threads.push_back(found->attributes);
-      }
-    }
-  }
-  const std::chrono::duration<double> granted = *system_.machine.rt_runtime;
-  try {
-    check_admission(threads, static_cast<double>(system_.machine.cpus.size()) * granted.count());
-  } catch (const Error& error) {
-    throw Error(error.what(), {}, system_.file);
-  }
+  check_reservations(threads_of_executors(system_), system_.machine, system_.file);
 }
 
 void Simulation::leave_out_surroundings() {

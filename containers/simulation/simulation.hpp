@@ -88,7 +88,6 @@ class Simulation {
  private:
   void refuse_what_differs();
   void take_machine();
-  void refuse_reservations() const;
   void leave_out_surroundings();
   void bring_up(const ModelledProcess& process) const;
   void check_scales(const ModelledProcess& process, const SystemModel& model) const;

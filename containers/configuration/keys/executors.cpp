@@ -7,6 +7,7 @@
 #include "takt/base/available_cpus.hpp"
 #include "takt/base/time.hpp"
 #include "takt/containers/configuration/keys/readers.hpp"
+#include "takt/containers/configuration/reservations.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/executors/spin_always.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
@@ -89,15 +90,6 @@ void try_to_make(const std::string& type, const ExecutorOptions& options) {
   } catch (...) {
     refuse("an object that is not a std::exception");
   }
-}
-
-// Admission control for the reservations of all executors, on the CPUs that the file states.
-void check_reservations(const std::vector<ThreadAttributes>& threads,
-                        const MachineDescription& machine) {
-  if (machine.cpus.empty()) return check_admission(threads);
-  const RealtimeGrant granted =
-      machine.rt_runtime ? RealtimeGrant{.runtime = *machine.rt_runtime} : realtime_grant();
-  check_admission(threads, static_cast<double>(machine.cpus.size()) * granted.share());
 }
 
 }  // namespace
@@ -214,7 +206,6 @@ void ExecutorReader::read_executors_thread(const Value& thread, ExecutorDescript
   for (const std::string& member : file_.threads.of_executor(name, executor, thread.line)) {
     executor.threads.push_back(member);
     threads.push_back(file_.threads.find(member, thread.line));
-    file_.executors_threads.push_back(threads.back());
   }
 }
 
@@ -271,8 +262,9 @@ void ExecutorReader::read_executor(const Value& value) {
 
 // Checks that concern the threads of all executors together.
 void ExecutorReader::check_threads(const Value& executors) {
+  if (errors_.size() != 0) return;
   errors_.passes(executors.line,
-                 [&] { check_reservations(file_.executors_threads, system_.machine); });
+                 [this] { check_reservations(threads_of_executors(system_), system_.machine); });
   if (errors_.size() == 0) errors_.passes(executors.line, [this] { check_spinning_threads(); });
 }
 

@@ -1,0 +1,28 @@
+// Whether Linux would grant the SCHED_DEADLINE threads of a whole system.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_CONFIGURATION_RESERVATIONS_HPP_
+#define TAKT_CONTAINERS_CONFIGURATION_RESERVATIONS_HPP_
+
+#include <span>
+#include <vector>
+
+#include "takt/base/visibility.hpp"
+#include "takt/containers/configuration/system_description.hpp"
+
+namespace TAKT_INTERNAL takt {
+
+/// The threads of all executors, as often as the processes of the file make them: for each mention
+/// in an executor one in each process that uses it, and of an executor that isolates nodes one for
+/// each node. How many groups get a thread of their own, only their nodes know.
+/// Thread safety: a pure function. Real-time: no.
+std::vector<ThreadAttributes> threads_of_executors(const SystemDescription& system);
+
+/// Throws Error if those of SCHED_DEADLINE reserve more than the machine has for them: Linux admits
+/// them all together, whatever their process.
+/// Thread safety: from any thread. Real-time: no.
+void check_reservations(std::span<const ThreadAttributes> threads, const MachineDescription& machine,
+                        const SourceLine& where = {});
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_CONFIGURATION_RESERVATIONS_HPP_
