@@ -199,10 +199,10 @@ void Solver::update_curves() {
       }
       const Time earliest = waits ? span.earliest_end : before.earliest_sent(span);
       // In the first round nothing has ended: what is unbounded must not become less by that.
-      const Time jitter = std::max(Time{0}, plus(span.latest_end, held) - earliest);
+      const Time jitter = between(earliest, plus(span.latest_end, held));
       ArrivalCurve sent = root.curve.with_jitter(jitter);
       if (!waits) sent = sent.with_least_distance(before.least_distance_of_outputs());
-      source.curve = sent.with_jitter(plus(delay - least_delay, system_.overheads.wake));
+      source.curve = sent.with_jitter(plus(between(least_delay, delay), system_.overheads.wake));
     }
   }
 }

@@ -246,7 +246,6 @@ TEST(Analysis, ReleasesThatWaitQueueAsMessagesDo) {
   EXPECT_EQ(bounds(system, "snapshots")[0], kUnbounded);
 }
 
-// It named the next hop: "it is not known how late 'c' gets messages from 'b'".
 TEST(Analysis, SaysWhatABoundIsMissingFor) {
   System system{.executors = {{.name = "first", .unknown = "thread 'planning' is SCHED_OTHER"},
                               {.name = "second"},
@@ -254,6 +253,7 @@ TEST(Analysis, SaysWhatABoundIsMissingFor) {
                 .callbacks = {{.name = "a",
                                .executor = 0,
                                .execution = 1,
+                               .least_execution = 1,
                                .arrivals = ArrivalCurve::periodic(100),
                                .is_timer = true,
                                .outputs = {{.to = 1}}},
@@ -265,13 +265,14 @@ TEST(Analysis, SaysWhatABoundIsMissingFor) {
   system.executors[0].unknown.clear();
   EXPECT_LT(analyze(system).chains[0].bound, kUnbounded);
   system.callbacks[1].outputs[0].delay = kUnbounded;
-  EXPECT_THAT(analyze(system).chains[0].why_not, HasSubstr("messages from 'b' to 'c' take"));
   system.callbacks[1].least_execution = 1;  // then it said that there was too much work
   EXPECT_THAT(analyze(system).callbacks[2].why_not, HasSubstr("messages from 'b' to 'c' take"));
   system.callbacks[1].outputs[0].delay = 0;
   system.callbacks[0].execution = 101;
   EXPECT_THAT(analyze(system).chains[0].why_not,
               HasSubstr("by way of 'first', and there is more work than time"));
+  system.executors[0].let_period = 100;
+  EXPECT_THAT(analyze(system).chains[0].why_not, HasSubstr("by way of 'first', and its callbacks"));
 }
 
 // It waited for the next message of its own, 100 later, though the others come every 30 and 10.

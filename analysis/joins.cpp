@@ -73,9 +73,9 @@ Time Solver::longest_gap(std::size_t from, const Output& output) const {
       if (part.executions(source, sender) == 0) continue;
       const Span& span = part.spans[source].at(sender);
       const Time earliest = sent.waits ? span.earliest_end : part.earliest_sent(span);
-      least =
-          std::min(least, plus(part.sources[source].longest_gap,
-                               plus(span.latest_end - earliest, sent.delay - sent.least_delay)));
+      least = std::min(least, plus(part.sources[source].longest_gap,
+                                   plus(between(earliest, span.latest_end),
+                                        between(sent.least_delay, sent.delay))));
     }
     return least;
   };

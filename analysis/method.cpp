@@ -113,7 +113,7 @@ std::vector<Part::Inner> Part::inner_arrivals(std::size_t callback) const {
     const Count count = executions(source, callback);
     const Span& span = spans[source].at(callback);
     ArrivalCurve curve =
-        sources[source].curve.with_jitter(span.latest_release - span.earliest_release);
+        sources[source].curve.with_jitter(between(span.earliest_release, span.latest_release));
     if (sources[source].callback != callback) {
       curve = curve.with_least_distance(least_distance_of_outputs());
     }
@@ -159,9 +159,9 @@ bool Part::fits_into_period() const {
 }
 
 Time Part::lateness() const {
-  return fits_into_period()
-             ? plus(supply.time_for(plus(executor.sending, 1), limit) - 1, system.overheads.wake)
-             : kUnbounded;
+  return fits_into_period() ? plus(between(1, supply.time_for(plus(executor.sending, 1), limit)),
+                                   system.overheads.wake)
+                            : kUnbounded;
 }
 
 Time Part::least_distance_of_outputs() const {
@@ -175,7 +175,7 @@ Time Part::earliest_sent(const Span& span) const {
 Time Part::sent_after(std::size_t callback) const {
   if (executor.let_period == 0) return 0;
   const Time ended = plus(supply.time_for(snapshot_until(callback), limit), system.overheads.wake);
-  return std::max(Time{0}, plus(executor.let_period, lateness()) - ended);
+  return between(ended, plus(executor.let_period, lateness()));
 }
 
 Time Part::longest_held() const {

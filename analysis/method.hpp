@@ -3,6 +3,7 @@
 #ifndef TAKT_ANALYSIS_METHOD_HPP_
 #define TAKT_ANALYSIS_METHOD_HPP_
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <string>
@@ -141,6 +142,11 @@ struct Path {
   /// Whether nothing but the source, and each callback for the next, makes these callbacks ready.
   bool is_alone() const;
 };
+
+/// From the earliest to the latest instant of something: unbounded if the latest is.
+inline Time between(Time earliest, Time latest) noexcept {
+  return latest >= kUnbounded ? kUnbounded : std::max(Time{0}, latest - earliest);
+}
 
 /// The result of a method.
 struct Answer {

@@ -44,7 +44,7 @@ void ContainerWatch::make(const ModelledProcess& process,
   if (!setting_.description.model.empty())
     measured = read_measured_model(setting_.description.model);
   const SystemModel model = make_system_model(setting_.description, planned, {&process, 1},
-                                              measured ? &*measured : nullptr);
+                                              measured ? &*measured : nullptr, facts_of_kernel());
   const ModelBounds bounds = analyze(model);
   const auto has_bound = [](const ModelBounds::Chain& chain) { return chain.bound.has_value(); };
   if (std::none_of(bounds.chains.begin(), bounds.chains.end(), has_bound)) {

@@ -233,7 +233,7 @@ Guarantees::Errors Guarantees::lost_by(const ModelledProcess& with, const std::s
     const auto bounds = [&](const ModelledProcess& process) {
       const ModelledProcess in_mode = setting_.modes->modelled(mode, process);
       return analyze(make_system_model(setting_.description, chains, {&in_mode, 1},
-                                       measured ? &*measured : nullptr))
+                                       measured ? &*measured : nullptr, facts_of_kernel()))
           .chains;
     };
     const std::string when =

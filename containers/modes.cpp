@@ -103,6 +103,7 @@ ModelledProcess Modes::modelled(std::size_t mode, ModelledProcess process) const
     parameters.serving = serving(mode, name_in_modes(callback.node, *callback.entity));
     callback.changed = std::move(parameters);
   }
+  process.mode = mode;
   return process;
 }
 

@@ -93,7 +93,7 @@ class Workload final : public Method {
     /// From when an execution may begin, and until when it has ended.
     Time response(std::size_t source, std::size_t callback) const {
       const Span& span = part_.spans[source].at(callback);
-      return span.latest_end - span.earliest_release;
+      return between(span.earliest_release, span.latest_end);
     }
     /// Its own executions that are not over when it arrives.
     Count earlier() const {

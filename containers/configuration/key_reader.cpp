@@ -63,6 +63,8 @@ SystemReader::Read KeyReader::into_accepted(Acceptances& accepted) {
     into(reason)(value);
     if (printable(reason) != reason) {
       errors_.add(value.line, "the reason is no line of text", "write it in one line");
+    } else if (!reason.empty() && reason.find_first_not_of(' ') == reason.npos) {
+      errors_.add(value.line, "the reason is blank", "write why it holds");
     }
   });
 }

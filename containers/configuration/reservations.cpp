@@ -24,7 +24,8 @@ std::vector<ThreadAttributes> threads_of_executors(const SystemDescription& syst
       const std::size_t mentioned = executor.threads.size();
       const std::size_t made = isolates && mentioned != 0 ? std::max(mentioned, count) : mentioned;
       for (std::size_t i = 0; i < made; ++i) {
-        const ThreadDescription* const thread = find_thread(system, executor.threads[i % mentioned]);
+        const ThreadDescription* const thread =
+            find_thread(system, executor.threads[i % mentioned]);
         if (thread != nullptr) result.push_back(thread->attributes);
       }
     }
@@ -32,8 +33,8 @@ std::vector<ThreadAttributes> threads_of_executors(const SystemDescription& syst
   return result;
 }
 
-void check_reservations(std::span<const ThreadAttributes> threads, const MachineDescription& machine,
-                        const SourceLine& where) {
+void check_reservations(std::span<const ThreadAttributes> threads,
+                        const MachineDescription& machine, const SourceLine& where) {
   try {
     if (machine.cpus.empty() && !machine.rt_runtime) return check_admission(threads);
     const std::size_t cpus = (machine.cpus.empty() ? available_cpus() : machine.cpus).size();

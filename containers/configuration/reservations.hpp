@@ -20,8 +20,8 @@ std::vector<ThreadAttributes> threads_of_executors(const SystemDescription& syst
 /// Throws Error if those of SCHED_DEADLINE reserve more than the machine has for them: Linux admits
 /// them all together, whatever their process.
 /// Thread safety: from any thread. Real-time: no.
-void check_reservations(std::span<const ThreadAttributes> threads, const MachineDescription& machine,
-                        const SourceLine& where = {});
+void check_reservations(std::span<const ThreadAttributes> threads,
+                        const MachineDescription& machine, const SourceLine& where = {});
 
 }  // namespace takt
 

@@ -142,8 +142,8 @@ TEST_F(ThreadsAndExecutors, RefusesReservationsThatTogetherAreMoreThanTheMachine
                     HasSubstr(" CPUs, of "), HasSubstr("; shorten runtimes, lengthen periods")));
 }
 
-// Linux admits all reservations of the machine together, and each process and each isolated node has
-// its own.
+// Linux admits all reservations of the machine together, and each process and each isolated node
+// has its own.
 TEST_F(ThreadsAndExecutors, CountsReservationsOncePerProcessAndIsolatedNode) {
   const auto errors = [](const std::string& type, const std::string& components) {
     return ConfigurationFile("robot.yaml",

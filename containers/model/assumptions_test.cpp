@@ -153,7 +153,7 @@ TEST(Assumptions, WhoWakesSwitchesToItsThread) {
 }
 
 TEST(Assumptions, TheHostOfAVirtualMachineIsOne) {
-  const MachineFacts shared{.is_known = true, .is_virtual = true};
+  const MachineFacts shared = quiet(/*is_virtual=*/true);
   const Analyzed found = analyzed(File().text(), nullptr, false, shared);
   EXPECT_THAT(found.missing(), ElementsAre("host_not_shared"));
   const Analyzed unknown = analyzed(File().text(), nullptr, false, {});

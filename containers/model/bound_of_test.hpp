@@ -47,7 +47,13 @@ struct Analyzed {
 };
 
 /// On a machine of its own, with nobody else.
-inline const MachineFacts kQuiet{.is_known = true, .is_virtual = false};
+inline MachineFacts quiet(bool is_virtual) {
+  MachineFacts facts = facts_of_kernel();
+  facts.is_virtual = is_virtual;
+  facts.fair_server = Nanoseconds::zero();
+  return facts;
+}
+inline const MachineFacts kQuiet = quiet(/*is_virtual=*/false);
 
 /// tools/check/ignored.py asks whether a test sees that the model passes over a key: "a topic:
 /// lifespan".

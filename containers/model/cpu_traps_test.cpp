@@ -201,6 +201,20 @@ TEST(CpuTraps, AChainThatLostInstancesInItsRunIsRefuted) {
   EXPECT_EQ(verdict_of(text, &measured), Verdict::guaranteed);
 }
 
+// Each process has its own thread of that name.
+TEST(CpuTraps, ThreadsAreNamedWithTheirProcesses) {
+  const ModelBounds::Chain found = bound_of(R"(
+machine: {cpus: [0]}
+threads: {a: {policy: SCHED_FIFO, priority: 50..51, affinity: [0]}}
+executors: {e: {type: preemptive, threads: [a]}}
+chains: [{name: c, path: [x/x_timer]}]
+containers:
+  - {name: p, components: [{component: takt::Workload, name: x, executor: e, parameters: {publishers: {topic: [x], period_us: [50000], work_us: [1000]}}}]}
+  - {name: q, components: [{component: takt::Workload, name: z, executor: e, parameters: {publishers: {topic: [z], period_us: [50000], work_us: [1000]}}}]}
+)");
+  EXPECT_THAT(found.why_not, HasSubstr("thread 'p/a-50' may run on the CPU of thread 'q/a-50'"));
+}
+
 // The same of an instance that a join waits for.
 TEST(CpuTraps, WhoEndsInstancesOfAnInputEndsAJoin) {
   const ModelBounds::Chain found = bound_of(R"(

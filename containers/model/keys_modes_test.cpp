@@ -122,6 +122,22 @@ TEST(Keys, ASwitchOfModesHasNoBound) {
               testing::Not(HasSubstr("no mode is switched")));
 }
 
+// Nobody can accept that it never comes.
+TEST(Keys, ASwitchThatEachExecutionCausesIsCertain) {
+  const auto found = [](std::size_t mode, const char* deadline) {
+    return analyzed_in(
+               mode, "modes: {calm: {drop: [log/log_timer], on: {overrun: slow/slow_timer}}}",
+               fmt::format("    - {{component: takt::Workload, name: slow, executor: default, "
+                           "parameters: {{publishers: {{topic: [slow], period_us: [50000], "
+                           "work_us: [1000]}}}}, callbacks: {{slow_timer: {{deadline: {}}}}}}}\n",
+                           deadline))
+        .verdict();
+  };
+  EXPECT_EQ(found(0, "900us"), Verdict::refuted);
+  EXPECT_EQ(found(0, "1100us"), Verdict::guaranteed);
+  EXPECT_EQ(found(1, "900us"), Verdict::guaranteed);  // it is in force
+}
+
 // It is taken and destroyed, which takes the longer the larger it is.
 TEST(Keys, WhatAModeDropsIsDestroyed) {
   const auto zero = [](const char* size) {

@@ -64,6 +64,11 @@ std::string contradiction_of_arrivals(const MeasuredCallback& callback) {
                          to_string(distances[i]),
                          to_string(periods * callback.period - callback.jitter));
     }
+    if (distances[i] > periods * callback.period + callback.jitter) {
+      return fmt::format("distances[{}] is {}, but 'period' and 'jitter' allow no more than {}", i,
+                         to_string(distances[i]),
+                         to_string(periods * callback.period + callback.jitter));
+    }
   }
   return {};
 }
@@ -97,6 +102,7 @@ class ModelReader : private SystemReader {
          {"chains", "",
           each_in_map([&](const Value& value) { model.chains.push_back(chain(value)); })}});
     check_causes(model);
+    check_duration(root, model);
     return model;
   }
 
@@ -293,6 +299,15 @@ class ModelReader : private SystemReader {
       if (known.contains(name)) continue;
       errors_.add(line, fmt::format("'{}' is not a callback of this file", name),
                   suggest(name, names));
+    }
+  }
+
+  void check_duration(const Value& root, const MeasuredModel& model) {
+    const Value* const duration = document::find(root, "duration");
+    if (duration == nullptr || model.duration != Nanoseconds::zero()) return;
+    for (const MeasuredCallback& callback : model.callbacks) {
+      if (callback.executions == 0) continue;
+      return complain(*duration, fmt::format("'{}' was executed in it", callback.name));
     }
   }
 

@@ -182,6 +182,16 @@ TEST(MeasuredModel, RefusesArrivalsThatContradictEachOther) {
   EXPECT_THAT(errors_of("    arrival: {jitter: 1ms}"), HasSubstr("a 'jitter' needs a 'period'"));
   EXPECT_THAT(errors_of("    arrival: {period: 10ms, jitter: 1ms, distances: [9ms, 18ms]}"),
               HasSubstr("distances[1] is 18ms, but 'period' and 'jitter' allow no less than 19ms"));
+  EXPECT_THAT(errors_of("    arrival: {period: 10ms, jitter: 1ms, distances: [11ms, 22ms]}"),
+              HasSubstr("distances[1] is 22ms, but 'period' and 'jitter' allow no more than 21ms"));
+}
+
+TEST(MeasuredModel, RefusesExecutionsInNoTime) {
+  const std::string callback = "callbacks: {/a/b: {executions: 3, execution: {max: 1ms}}}\n";
+  EXPECT_EQ(errors_in("duration: 0s\n" + callback),
+            "m.model.yaml:1: 'duration' contradicts itself: '/a/b' was executed in it; correct it, "
+            "or measure again\n");
+  EXPECT_EQ(errors_in("duration: 1s\n" + callback), "no error");
 }
 
 TEST(MeasuredModel, EndsSoonWhateverTheFile) {

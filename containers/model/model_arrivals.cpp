@@ -222,6 +222,15 @@ std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index) {
   const EntityKind kind = callback.entity->kind();
   const MeasuredCallback* const seen = measured(index);
   if (kind == EntityKind::timer && is_periodic(index)) {
+    const CallbackDescription& described = callback.described;
+    if (described.parameters.period.value_or(callback.entity->period()) !=
+        callback.entity->period()) {
+      throw Error(
+          fmt::format("'{}' is a timer, which is released every {}: it has no 'period' of {}",
+                      model_.system.callbacks[index].name, to_string(callback.entity->period()),
+                      to_string(*described.parameters.period)),
+          "remove it", described.where);
+    }
     const ArrivalCurve curve = ArrivalCurve::periodic(callback.entity->period().count());
     if (seen != nullptr) compare_arrivals(index, curve, seen->least_distances, "period");
     return curve;

@@ -123,6 +123,15 @@ class ModelParts {
     const auto found = measured_callbacks_.find(model_.system.callbacks[callback].name);
     return found != measured_callbacks_.end() ? found->second : nullptr;
   }
+  /// To real-time threads: as the file states, or else as here, which is an assumption.
+  RealtimeGrant granted() const {
+    const auto& stated = description_.machine.rt_runtime;
+    if (stated) return {.runtime = *stated};
+    return machine_.grant ? *machine_.grant : realtime_grant();
+  }
+  bool may_have_fair_server() const {
+    return machine_.fair_server.value_or(Nanoseconds::max()) != Nanoseconds::zero();
+  }
   const std::vector<int>& cpus() const {
     return description_.machine.cpus.empty() ? available_cpus() : description_.machine.cpus;
   }

@@ -109,8 +109,7 @@ void AssumptionFinder::add_lifecycle_nodes() {
   for (const ModelledProcess& process : processes_) {
     for (const ModelledProcess::Member& member : process.nodes) {
       const auto* const node = dynamic_cast<const LifecycleNode*>(member.node.get());
-      const bool says_all = dynamic_cast<const KnowsExecutionTimes*>(member.node.get()) != nullptr;
-      if (node == nullptr || says_all || measured_ != nullptr) continue;
+      if (node == nullptr || takt::says_all(member) || measured_ != nullptr) continue;
       for (const auto& part : parts_of(process, member)) {
         assume({.id = "lifecycle",
                 .state = Assumption::State::not_covered,

@@ -33,6 +33,15 @@ analysis::Time copying(const MachineDescription& machine, std::size_t bytes) {
 
 }  // namespace
 
+MachineFacts facts_of_kernel() {
+  MachineFacts facts;
+  facts.grant = realtime_grant();
+  facts.fair_server = fair_server();
+  facts.tick = scheduler_tick();
+  facts.turn_of_round_robin = turn_of_round_robin();
+  return facts;
+}
+
 void AssumptionFinder::add_assumptions_of_machine() {
   const auto& executors = model_.system.executors;
   add_cpus();
@@ -47,11 +56,12 @@ void AssumptionFinder::add_assumptions_of_machine() {
             .source = declared_at(line_of("a machine", "speed")),
             .executor = i});
   }
-  if (!machine_.is_known || machine_.is_virtual) {
+  if (machine_.is_virtual.value_or(true)) {
     assume({.id = "host_not_shared",
             .state = if_watched(),
-            .text = machine_.is_known ? "this machine is virtual: its host takes no CPU away"
-                                      : "the machine is not virtual, or its host takes no CPU away",
+            .text = machine_.is_virtual
+                        ? "this machine is virtual: its host takes no CPU away"
+                        : "the machine is not virtual, or its host takes no CPU away",
             .name = {},
             .source = "nobody",
             .executor = {}});
@@ -74,28 +84,26 @@ void AssumptionFinder::add_assumptions_of_machine() {
 void AssumptionFinder::add_throttling() {
   const auto& stated = description_.machine.rt_runtime;
   if (!stated && !model_.system.for_realtime) return;
-  const RealtimeGrant here = realtime_grant();
-  const RealtimeGrant wanted{.runtime = stated.value_or(std::chrono::seconds(1))};
-  if (stated && (!machine_.is_known || here.share() < wanted.share() ||
-                 here.period - here.runtime > wanted.period - wanted.runtime)) {
+  const auto& here = machine_.grant;
+  const RealtimeGrant wanted = granted();
+  if (stated && (!here || here->share() < wanted.share() ||
+                 here->period - here->runtime > wanted.period - wanted.runtime)) {
     assume({.id = "rt_runtime_as_here",
             .state = State::unchecked,
-            .text = machine_.is_known
-                        ? fmt::format("Linux grants as much to real-time threads as `rt_runtime` "
-                                      "says, though here it is {}",
-                                      to_string(here))
-                        : "Linux grants as much to real-time threads as `rt_runtime` says",
+            .text = here ? fmt::format("Linux grants as much to real-time threads as `rt_runtime` "
+                                       "says, though here it is {}",
+                                       to_string(*here))
+                         : "Linux grants as much to real-time threads as `rt_runtime` says",
             .name = {},
             .source = declared_at(line_of("a machine", "rt_runtime")),
             .executor = {}});
   }
   if (!stated) {
     assume({.id = "rt_runtime_as_here",
-            .state = machine_.is_known ? State::checked : State::unchecked,
-            .text = fmt::format("Linux grants {} to the real-time threads of a CPU{}, as on this "
+            .state = here ? State::checked : State::unchecked,
+            .text = fmt::format("Linux grants {} to the real-time threads of a CPU, as on this "
                                 "machine",
-                                to_string(here),
-                                machine_.is_known ? "" : ", and has as much of a fair server"),
+                                to_string(wanted)),
             .name = {},
             .source = "this machine",
             .executor = {}});
@@ -165,7 +173,7 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
   add("realtime_granted",
       description_.realtime == Realtime::require ? State::checked : if_watched(),
       "Linux gives the threads of {} their policies and priorities", "nobody");
-  if (!machine_.is_known || machine_.fair_server != Nanoseconds::zero()) {
+  if (may_have_fair_server()) {
     // A watch cannot distinguish a turn of the fair server from the end of a budget.
     add("rt_runtime_as_here", executor.reservation ? State::unchecked : if_watched(),
         executor.reservation
@@ -175,12 +183,11 @@ void AssumptionFinder::add_what_else_runs(std::size_t index) {
         "this machine");
   }
   if (executor.share && executor.share->slice != 0) {
-    const Nanoseconds turn = turn_of_round_robin();
-    const bool is_shorter = machine_.is_known && turn < CpuModel::kTurn;
+    const auto& turn = machine_.turn_of_round_robin;
     add("rt_runtime_as_here",
-        !machine_.is_known ? State::unchecked
-        : is_shorter       ? State::refuted
-                           : State::checked,
+        !turn                     ? State::unchecked
+        : *turn < CpuModel::kTurn ? State::refuted
+                                  : State::checked,
         "turns of SCHED_RR take 100 ms (`sched_rr_timeslice_ms`), or more, for {}", "this machine");
   }
   add_reservations(index);

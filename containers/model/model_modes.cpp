@@ -1,5 +1,7 @@
 // The callbacks that a mode drops, in a model.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "takt/containers/model/model_builder.hpp"
@@ -10,8 +12,30 @@ std::string ModelParts::why_dropped(std::size_t callback) const {
   return fmt::format("'{}' is dropped in this mode", model_.system.callbacks[callback].name);
 }
 
-// An overrun or a component may switch the mode, even if no client does.
+// An overrun or a component may switch the mode, even if no client does. An overrun leads to a mode
+// unless one further down is in force.
 void AssumptionFinder::add_switches_of_modes() {
+  const auto least = [](const std::optional<Nanoseconds>& one) {
+    return one.value_or(Nanoseconds::max());
+  };
+  for (std::size_t mode = processes_.front().mode; mode < description_.modes.size(); ++mode) {
+    const ModeDescription& next = description_.modes[mode];
+    for (std::size_t i = 0; next.on_overrun && i < callbacks_.size(); ++i) {
+      if (model_.system.callbacks[i].name != "/" + next.on_overrun->name || is_dropped(i)) continue;
+      const CallbackParameters parameters = callbacks_[i]->parameters();
+      const Nanoseconds longest = std::min(least(parameters.budget), least(parameters.deadline));
+      const Nanoseconds shortest(model_.system.callbacks[i].least_execution);
+      if (!may_run_[i] || shortest <= longest) continue;
+      assume({.id = "nothing_is_changed",
+              .state = Assumption::State::refuted,
+              .text = fmt::format("each execution of {{}} takes {} or more, beyond its deadline or "
+                                  "budget of {}, which leads to the mode '{}'",
+                                  to_string(shortest), to_string(longest), next.name),
+              .name = "'" + model_.system.callbacks[i].name + "'",
+              .source = declared_at(next.on_overrun->where),
+              .executor = {}});
+    }
+  }
   assume({.id = "nothing_is_changed",
           .state = if_watched(),
           .text =

@@ -24,7 +24,7 @@ bool is_preemptive(const std::string& type) {
   return type == "preemptive";
 }
 
-// Of another machine: 100 Hz, the slowest that Linux is built with.
+// Of a machine that nobody knows: 100 Hz, the slowest that Linux is built with.
 constexpr Nanoseconds kLongestTick = std::chrono::milliseconds(10);
 
 std::optional<Nanoseconds> some(Nanoseconds time) {
@@ -179,6 +179,9 @@ void ModelBuilder::add_threads(const ModelledProcess& process,
         traits.pool ? std::max<std::size_t>(2, std::thread::hardware_concurrency()) : 1;
     own.assign(count, {.name = description.name});
   }
+  if (processes_.size() > 1) {
+    for (ThreadAttributes& thread : own) thread.name = process.name + "/" + thread.name;
+  }
   const auto set_count = [&](std::size_t count) {
     analysis::Executor& executor = model_.system.executors[part];
     executor.threads = count;
@@ -244,16 +247,12 @@ void ModelBuilder::place_threads() {
     const double longer = dispatch / speeds_of(i).first - dispatch;
     executor.more_dispatch = std::max<analysis::Time>(0, whole_time(longer));
   }
-  const auto& stated = description_.machine.rt_runtime;
-  const RealtimeGrant granted = stated ? RealtimeGrant{.runtime = *stated} : realtime_grant();
-  if (granted.is_limited()) {
+  if (const RealtimeGrant grant = granted(); grant.is_limited()) {
     // The kernel checks only once a tick whether the budget is used up, or others have had theirs.
-    // What the file says of another machine leaves open what the kernel of that one has.
-    const bool is_other = stated && !machine_.is_known;
-    const Nanoseconds less = granted.runtime - (is_other ? kLongestTick : scheduler_tick());
+    const Nanoseconds less = grant.runtime - machine_.tick.value_or(kLongestTick);
     model_.system.for_realtime = {.budget = std::max<analysis::Time>(1, less.count()),
-                                  .period = granted.period.count()};
-    model_.system.may_come_twice = is_other || fair_server() != Nanoseconds::zero();
+                                  .period = grant.period.count()};
+    model_.system.may_come_twice = may_have_fair_server();
   }
 }
 

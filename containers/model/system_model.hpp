@@ -54,9 +54,11 @@ struct ModelledProcess {
   std::vector<Member> nodes;
   /// A program may do more than the file describes.
   bool is_program = false;
+  std::size_t mode = 0;  // the place in SystemDescription::modes, from 1; 0: normal
 };
 
-/// What the caller knows of the machine that the system runs on.
+/// What the caller knows of the machine that the system runs on, beside what the file states. A
+/// fact that is empty is known by nobody: the model takes the worst, or assumes it.
 struct MachineFacts {
   /// A real-time thread of another process, or one that a constructor has made.
   struct Thread {
@@ -66,14 +68,19 @@ struct MachineFacts {
     int priority = 0;
     std::vector<int> cpus;
   };
-  bool is_known = false;  // it is this machine, and the fields below are true
-  bool is_virtual = false;
+  std::string name;  // as models say it
+  std::optional<bool> is_virtual;
   std::vector<Thread> others;
-  Nanoseconds fair_server{0};  // see takt::fair_server()
+  // As takt::realtime_grant() and so on have them.
+  std::optional<RealtimeGrant> grant;
+  std::optional<Nanoseconds> fair_server, tick, turn_of_round_robin;
   /// Number of samples by which the overheads of `machine:` were measured here; 0: they are of the
   /// file.
   std::size_t overhead_samples = 0;
 };
+
+/// What the kernel of this machine says by itself.
+MachineFacts facts_of_kernel();
 
 /// Where the execution time of a callback comes from.
 enum class Provenance {

@@ -133,6 +133,7 @@ BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
         std::any_of(process.nodes.begin(), process.nodes.end(), [&](auto& member) {
           return member.node == process.callbacks[i].node && says_all(member);
         });
+    watched.is_exact = is_exact;
     watched.times = is_exact && model.system.overheads.dispatch == 0
                         ? "overheads_are_zero"  // its component states its own work exactly
                         : std::string(id_of(facts.execution));
@@ -263,8 +264,11 @@ void BoundWatch::look_at_callback(Watched& callback, const CallbackStatistics& c
   const auto [long_ones, longest, most] = callback.watch->seen(Kind::execution);
   if (long_ones != 0) {
     report(callback.times, callback.name,
-           fmt::format("'{}' took {} of processor time, and no more than {} was assumed",
-                       callback.name, ms(longest), ms(most)),
+           fmt::format("'{}' took {} of processor time, and no more than {} was assumed{}",
+                       callback.name, ms(longest), ms(most),
+                       callback.is_exact ? ", by what is said of `dispatch` and `publish`: its own "
+                                           "part is exact"
+                                         : ""),
            long_ones, callback.chains);
   }
   const auto [late_ones, latest, bound] = callback.watch->seen(Kind::bound);

@@ -62,6 +62,7 @@ class BoundWatch {
     std::shared_ptr<ExecutionWatch> watch;
     Nanoseconds bound{0};    // 0: none
     bool is_silent = false;  // the analysis has no arrivals for it
+    bool is_exact = false;   // its component says how long it works
     std::weak_ptr<const Entity> entity;
     std::weak_ptr<const Node> node;
     CallbackParameters parameters;  // as they were analysed

@@ -104,7 +104,7 @@ MUTATIONS = {
         "containers/model/model_coverage.cpp", "‹if (entry != nullptr && entry->coverage != Coverage::not_covered) continue;›",
         "if (entry == nullptr || entry->coverage != Coverage::not_covered) continue;", GUARANTEES),
     "ignored: change: lifecycle transition": (
-        "containers/model/model_coverage.cpp", "‹if (node == nullptr || says_all || measured_ != nullptr) continue;›",
+        "containers/model/model_coverage.cpp", "‹if (node == nullptr || takt::says_all(member) || measured_ != nullptr) continue;›",
         "continue;", GUARANTEES),
     "ignored: a reserved thread: main": (
         "containers/model/model_coverage.cpp", "‹  if (!is_realtime(own.policy)) return;›",
@@ -267,8 +267,8 @@ MUTATIONS |= {
         ("a thread of the same priority", "supply.hpp", "return «has_equals_»;", "false"),
         ("a period has just ended", "methods/periods.cpp", "? «period» : 0", "0"),
         ("one message in each period", "methods/periods.cpp", "«first + before * period - offset»", "first"),
-        ("what is sent waits for the period's end", "method.cpp", "«plus(executor.let_period, lateness()) - ended»",
-         "Time{0} * ended"),
+        ("what is sent waits for the period's end", "method.cpp", "between(ended, «plus(executor.let_period, lateness())»)",
+         "ended"),
         ("callbacks that exceed their period", "method.cpp",
          "«plus(supply.time_for(snapshot(), limit), system.overheads.wake) <= executor.let_period»", "true"),
         ("a timer's releases that were missed", "analysis.cpp", "«missed / receiver.longest_gap + 1»", "1"),

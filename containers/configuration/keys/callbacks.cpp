@@ -146,7 +146,10 @@ std::vector<SystemReader::Field> CallbackReader::parameter_fields(CallbackParame
        "Relative deadline of the callback's end, from the publication or a timer's due time. "
        "Not 0. For the schedulers `edf` and `least_laxity`. Misses are counted and reported.",
        time(parameters.deadline)},
-      {"period", "Minimum time between two messages. Not 0. By default, the period of a timer.",
+      {"period",
+       "Minimum time between two messages. Not 0. By default, the period of a timer, which has no "
+       "other one. `takt analyze` takes it as a promise of what comes from outside of the file; "
+       "how often callbacks of the file send, it knows.",
        time(parameters.period)},
       {"budget",
        "Maximum execution time of the callback, in wall-clock time. Not 0, and at most "

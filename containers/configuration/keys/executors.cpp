@@ -190,12 +190,24 @@ std::vector<SystemReader::Field> ExecutorReader::executor_fields(ExecutorDescrip
       {"order",
        "Callbacks, as `node/callback`, that precede all others in the order of registration. For "
        "the scheduler `listed`, and for `ros` among callbacks of the same kind.",
-       each_in_list([&](const Value& callback) { into(executor.order.emplace_back())(callback); })},
+       each_in_list([&](const Value& callback) { read_place(callback, executor.order); })},
       {"threads",
        "Names in `threads`, one for each thread of the executor. By default, the type decides. "
        "More threads than the type supports are an error.",
        each_in_list(
            [&](const Value& thread) { read_executors_thread(thread, executor, threads); })}};
+}
+
+void ExecutorReader::read_place(const Value& callback, std::vector<std::string>& order) {
+  std::string name;
+  into(name)(callback);
+  const auto is_same = [&](const std::string& other) {
+    return other == name || other == "/" + name || "/" + other == name;
+  };
+  if (!name.empty() && std::any_of(order.begin(), order.end(), is_same)) {
+    errors_.add(callback.line, fmt::format("'{}' has a place already", name), "list it once");
+  }
+  order.push_back(std::move(name));
 }
 
 void ExecutorReader::read_executors_thread(const Value& thread, ExecutorDescription& executor,

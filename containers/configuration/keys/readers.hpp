@@ -79,6 +79,7 @@ class ExecutorReader : private KeyReader {
   std::vector<Field> executor_fields(ExecutorDescription& executor, Threads& threads,
                                      bool& is_sound);
   void read_executors_thread(const Value& thread, ExecutorDescription& executor, Threads& threads);
+  void read_place(const Value& callback, std::vector<std::string>& order);
   Read into_trigger(TriggerOptions& trigger);
   void check_spinning_threads();
 };

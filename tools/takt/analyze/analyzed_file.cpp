@@ -98,10 +98,10 @@ std::string lasting(const std::string& machine) {
 /// In what the model is of another machine or of other components; empty: in nothing.
 std::string why_it_is_from_elsewhere(const MeasuredModel& model, const AnalyzedFile& file) {
   std::vector<std::string> differences;
-  const std::string here = lasting(rt::machine_line());
+  const std::string here = lasting(file.machine.name);
   if (model.machine.empty()) {
     differences.emplace_back("the model does not say on which machine");
-  } else if (!file.machine.is_known) {
+  } else if (file.machine.name.empty()) {
     differences.push_back(fmt::format("it is of '{}', and `machine: cpus` names another one",
                                       lasting(model.machine)));
   } else if (lasting(model.machine) != here) {
@@ -158,13 +158,16 @@ auto fact_of(const rt::Neighbour& thread) {
 }
 
 /// This machine, if the system is for its CPUs.
-MachineFacts facts_of_machine(const SystemDescription& system) {
-  MachineFacts facts{
-      .is_known = true, .is_virtual = rt::is_virtual(), .fair_server = fair_server()};
+MachineFacts facts_of_machine(SystemDescription& system) {
   for (const int cpu : system.machine.cpus) {
     const auto& here = usable_cpus();
-    if (std::find(here.begin(), here.end(), cpu) == here.end()) return {};
+    if (std::find(here.begin(), here.end(), cpu) != here.end()) continue;
+    system.notes.push_back(fmt::format("CPU {} is not here: it is another machine", cpu));
+    return {};
   }
+  MachineFacts facts = facts_of_kernel();
+  facts.name = rt::machine_line();
+  facts.is_virtual = rt::is_virtual();
   for (const rt::Neighbour& other : rt::realtime_neighbours()) {
     facts.others.push_back(fact_of(other));
   }

@@ -38,13 +38,11 @@ SimulatedFile simulated_file(const SystemDescription& system, const AnalyzeOptio
 std::string why_machines_differ(const SystemDescription& system, const AnalyzeOptions& options) {
   if (options.measures_overheads)
     return "the overheads are those of this machine; write them to `machine: overheads`";
-  const RealtimeGrant here = realtime_grant();
-  if (system.machine.rt_runtime || here == RealtimeGrant{.runtime = Simulation::kUsualRtRuntime})
-    return {};
+  if (has_usual_grant(system)) return {};
   return fmt::format(
       "Linux grants {} to real-time threads here; write that to `machine: "
       "{{rt_runtime: …}}`",
-      to_string(here));
+      to_string(realtime_grant()));
 }
 
 /// The longest instance of the chain that came closest to its deadline, as report.py draws it.

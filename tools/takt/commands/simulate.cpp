@@ -84,15 +84,18 @@ struct Known {
   std::map<std::string, Nanoseconds> observed, bounds;
 };
 
-/// By the analysis, on the same machine. Call it when no simulation is under way: nodes have names.
+/// By the analysis of the same file, as `takt analyze` has it. Call it when no simulation is under
+/// way: nodes have names.
 Known known_of(SystemDescription system, const Simulation& simulation, const Options& options) {
-  AnalyzeOptions how{.model = options.model, .overrides = {}, .is_for_here = false};
+  AnalyzeOptions how{.model = options.model, .overrides = {}};
   if (!program_words().empty()) how.nodes = nodes_of_program(program_words(), options.file);
   how.overrides.executor = options.executor;
   how.overrides.mode = options.mode;
   how.overrides.placement = parse_placement(options.placement);
   how.overrides.scheduler = options.scheduler;
-  system.machine = simulation.system().machine;
+  const MachineDescription& simulated = simulation.system().machine;
+  system.machine.speed = simulated.speed;
+  if (!has_usual_grant(system)) system.machine.rt_runtime = simulated.rt_runtime;
   const AnalyzedFile file = analyze_system(std::move(system), how);
   Known result;
   for (std::size_t i = 0; i < file.model.chains.size(); ++i) {

@@ -27,6 +27,7 @@
 
 #include "exit_status.hpp"
 #include "run/end_signals.hpp"
+#include "run/live_line.hpp"
 #include "run/progress.hpp"
 
 namespace takt::tools {
@@ -237,7 +238,10 @@ json nodes_of_program(const std::vector<std::string>& words, const std::string& 
   const std::string nodes = folder / "nodes.json";
   const pid_t child =
       begin({words, {{"TAKT_NODES", nodes}, {"TAKT_CONFIG", absolute_path(file)}}, false});
-  const Ended ended = wait_for_end(child, kEndLimit, signals);
+  const Ended ended = [&] {
+    const LiveLine line("waiting for the program to spin");
+    return wait_for_end(child, kEndLimit, signals);
+  }();
   check_complete(ended.signal, true);
   return read_written(nodes, "nodes", ended, words.front(), "not spun the nodes of the file");
 }

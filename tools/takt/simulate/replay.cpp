@@ -84,6 +84,11 @@ SimulationOptions options_of(const SystemDescription& system, const SimulatedFil
   return result;
 }
 
+bool has_usual_grant(const SystemDescription& system) {
+  return system.machine.rt_runtime ||
+         realtime_grant() == RealtimeGrant{.runtime = Simulation::kUsualRtRuntime};
+}
+
 std::string replay_command(const SimulatedFile& file, const Scenario& scenario) {
   std::string command = "takt simulate " + shell_word(file.file);
   const SimulatedFile usual;

@@ -28,6 +28,8 @@ Settings settings_of(const SimulatedFile& file);
 /// Throws Error for a bad file.
 SystemDescription system_of(const SimulatedFile& file);
 SimulationOptions options_of(const SystemDescription& system, const SimulatedFile& file);
+/// Whether real-time threads get here what a simulation gives those of a file that does not say it.
+bool has_usual_grant(const SystemDescription& system);
 /// The command that runs a scenario of it again.
 std::string replay_command(const SimulatedFile& file, const Scenario& scenario);
 

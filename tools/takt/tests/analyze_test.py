@@ -113,6 +113,13 @@ with tempfile.TemporaryDirectory() as folder:
     document = json.loads(run(late, "--simulate", "6", "--json", "-")[1])
     check("the JSON has it", document["chains"][0]["simulated_us"] == {"max": 11500.0, "scenario": witness[-1], "witness": shlex.join(["takt", *witness])} and
           document["simulated"] == {"runs": 6, "duration_us": 10e6, "why_not": None, "notes": []}, document)
+    # The simulation has the same bounds, whether the machine is known or not: its grant counts in all of these.
+    for name, machine in {"here": "cpus: [0], rt_runtime: 900ms", "elsewhere": "cpus: [0, 1023], rt_runtime: 900ms", "not said": "cpus: [0]",
+                          "all": "rt_runtime: 950ms"}.items():
+        busy = write("busy.yaml", "machine: {" + machine + "}\n" + ROBOT.replace("DEADLINE", "3s").replace("5000", "2000000").replace("[500]", "[800000]"))
+        chain = json.loads(run(busy, "--json", "-")[1])["chains"][0]
+        shown = json.loads(run(busy, "--duration", "1s", "--json", "-", command="simulate")[1])
+        check(f"the same bounds, with the machine {name}", chain["bound_us"] is not None and shown["bounds_us"] == {"sense": chain["bound_us"]}, chain, shown["bounds_us"])
     anywhere = write("anywhere.yaml", stated.replace("cpus: [0], ", "") + ROBOT.replace("DEADLINE", "3ms").replace(", affinity: [0]", ""))
     witness = json.loads(run(anywhere, "--simulate", "2", "--json", "-")[1])["chains"][0]["simulated_us"]["witness"]
     first = os.cpu_count() == len(os.sched_getaffinity(0))
@@ -166,7 +173,7 @@ with tempfile.TemporaryDirectory() as folder:
     elsewhere = write("elsewhere.yaml", "machine: {cpus: [64, 65]}\n" + ROBOT.replace("DEADLINE", "20ms")
                       .replace("affinity: [0]", "affinity: [65]"))
     status, output, errors = run(elsewhere)
-    check("a machine of its own", status == 0 and " guaranteed " in output, status, output, errors)
+    check("a machine of its own", status == 0 and " guaranteed " in output and "note: CPU 64 is not here: it is another machine" in errors, status, output, errors)
     status, output, errors = run(elsewhere, "--duration", "10ms", command="run")
     check("which is not this one", status == 2 and "there is no CPU 65 here" in errors, status, output, errors)
 
