@@ -32,8 +32,8 @@ set(takt_named_headers
     "rclcpp_action/server.hpp rclcpp_action/create_server.hpp rclcpp_action/server_goal_handle.hpp"
     "rclcpp_lifecycle/lifecycle_publisher.hpp rclcpp_lifecycle/managed_entity.hpp"
     "rclcpp_lifecycle/state.hpp rclcpp_lifecycle/transition.hpp"
-    "rclcpp/detail/refused_names.hpp rclcpp/create_generic_client.hpp rclcpp/generic_client.hpp
-     rclcpp/parameter_map.hpp rclcpp/parameter_service.hpp rclcpp/typesupport_helpers.hpp rclcpp/waitable.hpp
+    "rclcpp/detail/refused_names.hpp rclcpp/create_generic_client.hpp rclcpp/event.hpp
+     rclcpp/generic_client.hpp rclcpp/parameter_map.hpp rclcpp/parameter_service.hpp rclcpp/typesupport_helpers.hpp rclcpp/waitable.hpp
      rclcpp/experimental/buffers/intra_process_buffer.hpp rclcpp/strategies/message_pool_memory_strategy.hpp
      rclcpp_components/component_manager.hpp"
     "rmw/types.h rmw/rmw.h")

@@ -124,6 +124,25 @@ TEST_F(Nodes, AGoalIsExecutedByAThreadOfItsOwn) {
                rclcpp_action::exceptions::UnknownGoalHandleError);
 }
 
+TEST_F(Nodes, GoalsBeforeATimeAreCancelled) {
+  const auto node = std::make_shared<Node>("node");
+  std::vector<std::shared_ptr<Handle>> held;
+  const auto server = willing_server(node, [&](auto goal) { held.push_back(std::move(goal)); });
+  const auto client = rclcpp_action::create_client<Fibonacci>(node, "fibonacci");
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  Time between;
+  for (const std::size_t goals : {1, 2}) {
+    auto accepted = client->async_send_goal(Fibonacci::Goal());
+    ASSERT_TRUE(spin_until(executor, [&] { return held.size() == goals; }));
+    if (goals == 1) between = node->now();
+  }
+  auto cancelled = client->async_cancel_goals_before(between);
+  ASSERT_EQ(executor.spin_until_future_complete(cancelled, kLong), FutureReturnCode::SUCCESS);
+  EXPECT_EQ(cancelled.get()->goals_canceling.size(), 1u);
+  EXPECT_TRUE(held[0]->is_canceling() && !held[1]->is_canceling());
+}
+
 // The future of a result waited for ever when the client went and its handle was kept, and a second
 // callback for the result was refused.
 TEST_F(Nodes, WhoeverAsksForAResultLearnsOfItsEnd) {

@@ -289,6 +289,13 @@ class ActionClient {
   void async_cancel_all_goals(std::function<void(const CancelResult&)> callback) {
     cancel({}, std::move(callback));
   }
+  /// Those that the server has accepted by this time of its clock.
+  void async_cancel_goals_before(builtin_interfaces::msg::Time time,
+                                 std::function<void(const CancelResult&)> callback) {
+    CancelGoal::Request request;
+    request.goal_info.stamp = time;
+    cancel(request, std::move(callback));
+  }
 
  private:
   using Place = ActionPlaces::Place;

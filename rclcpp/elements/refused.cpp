@@ -75,7 +75,8 @@ void gid(rclcpp::PublisherBase& publisher) {
 void on_new(rclcpp::SubscriptionBase& subscription) {
   subscription.set_on_new_message_callback([](std::size_t) {});
 }
-// Row: `get_graph_event`, `wait_for_graph_change` | callbacks for matched events
+// Row: `Event`, `get_graph_event`, `wait_for_graph_change` | callbacks for matched events
 void graph_events(rclcpp::Node& node) {
-  node.wait_for_graph_change(nullptr, std::chrono::seconds(1));
+  rclcpp::Event::SharedPtr event;
+  node.wait_for_graph_change(event, std::chrono::seconds(1));
 }

@@ -335,6 +335,7 @@ void action_client(Node::SharedPtr node) {
   client->async_get_result(handle).get().result->sequence.clear();
   client->async_cancel_goal(handle);
   client->async_cancel_all_goals();
+  client->async_cancel_goals_before(node->now());
 }
 
 }  // namespace rclcpp::elements::supported

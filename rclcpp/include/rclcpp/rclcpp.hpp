@@ -6,6 +6,7 @@
 #include "rcl/allocator.h"
 #include "rcl/error_handling.h"
 #include "rclcpp/copy_all_parameter_values.hpp"
+#include "rclcpp/detail/refused_names.hpp"
 #include "rclcpp/detail/standard_headers.hpp"
 #include "rclcpp/executors.hpp"
 #include "rclcpp/expand_topic_or_service_name.hpp"

@@ -219,6 +219,12 @@ class Client : public ClientBase {
     return cancelled(std::move(callback),
                      [&](auto answer) { takt_->async_cancel_all_goals(std::move(answer)); });
   }
+  std::shared_future<typename CancelResponse::SharedPtr> async_cancel_goals_before(
+      const rclcpp::Time& time, CancelCallback callback = nullptr) {
+    return cancelled(std::move(callback), [&](auto answer) {
+      takt_->async_cancel_goals_before(time, std::move(answer));
+    });
+  }
   RCLCPP_REFUSED_(stop_callbacks, "stop_callbacks")
 
  private:

@@ -7,6 +7,7 @@
 #include "rclcpp/detail/refused.hpp"
 
 namespace rclcpp {
+RCLCPP_REFUSED_CLASS_(Event, "graph events")
 RCLCPP_REFUSED_CLASS_(GenericClient, "generic clients")
 RCLCPP_REFUSED_CLASS_(ParameterService, "parameter services of their own")
 RCLCPP_REFUSED_CLASS_(ParameterMap, "maps of parameters")
