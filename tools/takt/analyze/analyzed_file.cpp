@@ -157,14 +157,15 @@ auto fact_of(const rt::Neighbour& thread) {
                               .cpus = thread.affinity};
 }
 
-/// This machine, if the system is for its CPUs.
-MachineFacts facts_of_machine(SystemDescription& system) {
+/// This machine, or what is given of it, if the system is for its CPUs.
+MachineFacts facts_of_machine(SystemDescription& system, const std::optional<MachineFacts>& given) {
   for (const int cpu : system.machine.cpus) {
     const auto& here = usable_cpus();
     if (std::find(here.begin(), here.end(), cpu) != here.end()) continue;
     system.notes.push_back(fmt::format("CPU {} is not here: it is another machine", cpu));
     return {};
   }
+  if (given) return *given;
   MachineFacts facts = facts_of_kernel();
   facts.name = rt::machine_line();
   facts.is_virtual = rt::is_virtual();
@@ -251,7 +252,7 @@ AnalyzedFile analyze_system(SystemDescription system, const AnalyzeOptions& opti
   AnalyzedFile file{.system = std::move(system)};
   const std::string& model = options.model.empty() ? file.system.model : options.model;
   if (!model.empty()) file.measured = read_measured_model(model);
-  if (options.is_for_here) file.machine = facts_of_machine(file.system);
+  file.machine = facts_of_machine(file.system, options.machine);
   if (options.simulated_runs != 0) file.simulated = simulate_chains(file.system, options);
   if (options.measures_overheads) measure_overheads(file.system.machine, file.machine);
   ContainerOverrides overrides = options.overrides;

@@ -75,9 +75,9 @@ struct AnalyzeOptions {
   Settings settings;             // instead of what the file says
   nlohmann::json nodes;          // of nodes_of_program; null: the file has components
   bool measures_overheads = false;
-  bool is_for_here = true;           // otherwise nothing is read of this machine
-  std::uint64_t simulated_runs = 0;  // to look for deadlines that are missed; 0: none
-  bool draws_schedule = false;       // of the worst of them
+  std::optional<MachineFacts> machine;  // instead of what is looked up here
+  std::uint64_t simulated_runs = 0;     // to look for deadlines that are missed; 0: none
+  bool draws_schedule = false;          // of the worst of them
 };
 
 /// Throws Error for a bad file.

@@ -69,9 +69,9 @@ json print_suggestions(const AnalyzedFile& file, Nanoseconds most, bool prints) 
   return result;
 }
 
-// Thousands of systems are a study, and not what will run here.
+// Thousands of systems are a study: who else runs here is not looked up for each.
 void analyze_lines(AnalyzeOptions how) {
-  how.is_for_here = false;
+  how.machine = facts_of_kernel();
   const auto answer = [&](document::Value& value, document::Errors& errors, json& result) {
     SystemDescription system = read_configuration(value, errors);
     errors.throw_if_any();

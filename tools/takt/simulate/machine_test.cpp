@@ -24,7 +24,7 @@ namespace {
 using namespace std::chrono_literals;
 
 Nanoseconds bound_of_chain(const SystemDescription& system, std::string_view name) {
-  const AnalyzedFile file = analyze_system(system, {.is_for_here = false});
+  const AnalyzedFile file = analyze_system(system, {.machine = MachineFacts{}});
   for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
     if (file.model.chains[i].name == name) return file.bounds.chains[i].bound.value_or(0ns);
   }
@@ -355,7 +355,7 @@ TEST(SimulatedMachine, NothingTakesLongerThanItsBoundUnderOtherPolicies) {
         "machine: {cpus: 2, rt_runtime: 950ms, exclusive: true, overheads: {dispatch: 5us, wake: "
         "20us, switch: 100us}}\n";
     const SystemDescription system = ConfigurationFile("system.yaml", text).read();
-    const AnalyzedFile file = analyze_system(system, {.is_for_here = false});
+    const AnalyzedFile file = analyze_system(system, {.machine = MachineFacts{}});
     const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 1s});
     for (std::uint64_t run = 0; run < 3; ++run) {
       const SimulatedRun simulated = simulation.run({.seed = seed + run, .phases = {}});

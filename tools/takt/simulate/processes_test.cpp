@@ -43,7 +43,7 @@ Simulation simulation_of(const SystemDescription& system, Nanoseconds duration =
 
 /// The bounds of the chains that go through both processes.
 std::map<std::string, Nanoseconds> bounds_between(const SystemDescription& system) {
-  const AnalyzedFile file = analyze_system(system, {.is_for_here = false});
+  const AnalyzedFile file = analyze_system(system, {.machine = MachineFacts{}});
   std::map<const Node*, std::string> process_of;
   for (const ModelledProcess& process : file.processes) {
     for (const auto& member : process.nodes) process_of[member.node.get()] = process.name;
@@ -240,7 +240,7 @@ containers:
       - {component: takt::Workload, name: s1, executor: a, parameters: {publishers: {topic: [p1], period_us: [40000], work_us: [1500]}}}
 chains: [{name: c0, losses: allowed, path: [s0/p0_timer, n0/p0, k/r0]}]
 )");
-  const AnalyzedFile file = analyze_system(system, {.is_for_here = false});
+  const AnalyzedFile file = analyze_system(system, {.machine = MachineFacts{}});
   for (auto duration = 200ms; duration < 240ms; duration += 5ms) {
     const SimulatedRun run = simulation_of(system, duration).run({});
     const ChainStatistics chain = run.result.chains.at(0).statistics;

@@ -39,7 +39,7 @@ std::vector<Worst> search(const Simulation& simulation, int runs, std::uint64_t 
 }
 
 std::map<std::string, Nanoseconds> bounds_of_chains(const SystemDescription& system) {
-  const AnalyzedFile file = analyze_system(system, {.is_for_here = false});
+  const AnalyzedFile file = analyze_system(system, {.machine = MachineFacts{}});
   std::map<std::string, Nanoseconds> result;
   for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
     if (const auto bound = file.bounds.chains[i].bound) result[file.model.chains[i].name] = *bound;

@@ -79,13 +79,13 @@ TEST(Simulation, NothingTakesLongerThanItsBoundInAMode) {
     std::string text = random_file(seed);
     {
       const auto system = ConfigurationFile("system.yaml", text).read();
-      text = random_mode(analyze_system(system, {.is_for_here = false}), seed) + text;
+      text = random_mode(analyze_system(system, {.machine = MachineFacts{}}), seed) + text;
     }
     const SystemDescription system = ConfigurationFile("system.yaml", text).read();
     if (system.modes.empty()) continue;
     std::map<std::string, std::optional<Nanoseconds>> bounds;
     {
-      const AnalyzedFile file = analyze_system(system, {.is_for_here = false});
+      const AnalyzedFile file = analyze_system(system, {.machine = MachineFacts{}});
       const AnalyzedFile::Mode& mode = file.modes.at(0);
       for (std::size_t i = 0; i < mode.model.chains.size(); ++i) {
         const SystemModel::Chain& chain = mode.model.chains[i];
