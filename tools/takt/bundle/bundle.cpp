@@ -36,7 +36,7 @@ constexpr std::size_t kMostFiles = 1000;
 constexpr std::size_t kLongestName = 200;
 constexpr std::size_t kLongestVersion = 40;  // of it more is not shown
 
-[[noreturn]] void refuse(const std::string& path, const std::string& why) {
+[[noreturn]] void refuse_bundle(const std::string& path, const std::string& why) {
   throw Error(why, "ask its maker for another one; nothing was written", path);
 }
 
@@ -113,15 +113,17 @@ BundledFile read_file(archive* from, archive_entry* entry, const std::string& pa
                       std::size_t room) {
   const char* const name = archive_entry_pathname(entry);
   if (name == nullptr || !is_plain(name))
-    refuse(path, fmt::format("'{}' is no name of a file in a bundle", printable(name ? name : "")));
+    refuse_bundle(
+        path, fmt::format("'{}' is no name of a file in a bundle", printable(name ? name : "")));
   if (archive_entry_filetype(entry) != AE_IFREG || archive_entry_hardlink(entry) != nullptr)
-    refuse(path, fmt::format("'{}' is no file: a bundle has no links, folders or devices", name));
+    refuse_bundle(path,
+                  fmt::format("'{}' is no file: a bundle has no links, folders or devices", name));
   BundledFile file{name, {}};
   char block[1 << 16];
   while (const la_ssize_t count = archive_read_data(from, block, sizeof(block))) {
-    if (count < 0) refuse(path, "it is damaged: " + printable(archive_error_string(from)));
+    if (count < 0) refuse_bundle(path, "it is damaged: " + printable(archive_error_string(from)));
     if (file.content.size() + static_cast<std::size_t>(count) > room)
-      refuse(path, fmt::format("it has more than {} MiB", kMostBytes >> 20));
+      refuse_bundle(path, fmt::format("it has more than {} MiB", kMostBytes >> 20));
     file.content.append(block, static_cast<std::size_t>(count));
   }
   return file;
@@ -134,19 +136,19 @@ std::vector<BundledFile> read_files(const std::string& path) {
   archive_read_support_format_tar(from.get());
   archive_read_support_filter_zstd(from.get());
   if (archive_read_open_memory(from.get(), bytes.data(), bytes.size()) != ARCHIVE_OK)
-    refuse(path, "this is no bundle of `takt compare`");
+    refuse_bundle(path, "this is no bundle of `takt compare`");
   std::vector<BundledFile> files;
   std::size_t room = kMostBytes;
   archive_entry* entry = nullptr;
   int status = ARCHIVE_OK;
   while ((status = archive_read_next_header(from.get(), &entry)) == ARCHIVE_OK) {
     if (files.size() == kMostFiles)
-      refuse(path, fmt::format("it has more than {} files", kMostFiles));
+      refuse_bundle(path, fmt::format("it has more than {} files", kMostFiles));
     files.push_back(read_file(from.get(), entry, path, room));
     room -= files.back().content.size();
   }
   if (status != ARCHIVE_EOF)
-    refuse(path, "it is damaged: " + printable(archive_error_string(from.get())));
+    refuse_bundle(path, "it is damaged: " + printable(archive_error_string(from.get())));
   return files;
 }
 
@@ -156,15 +158,16 @@ void leave_folder(std::vector<BundledFile>& files, const std::string& path) {
   std::set<std::string> names;
   for (BundledFile& file : files) {
     if (!file.path.starts_with(folder + "/"))
-      refuse(path, fmt::format("'{}' is outside of its folder '{}'", file.path, folder));
+      refuse_bundle(path, fmt::format("'{}' is outside of its folder '{}'", file.path, folder));
     file.path.erase(0, folder.size() + 1);
-    if (!names.insert(file.path).second) refuse(path, fmt::format("it has '{}' twice", file.path));
+    if (!names.insert(file.path).second)
+      refuse_bundle(path, fmt::format("it has '{}' twice", file.path));
   }
   for (const std::string& name : names) {
     for (std::size_t end = name.rfind('/'); end != name.npos; end = name.rfind('/', end - 1)) {
       if (end == 0) break;
       if (names.contains(name.substr(0, end)))
-        refuse(path, fmt::format("'{}' is a file and a folder", name.substr(0, end)));
+        refuse_bundle(path, fmt::format("'{}' is a file and a folder", name.substr(0, end)));
     }
   }
 }
@@ -181,9 +184,9 @@ void check_manifest(const std::vector<BundledFile>& files, const std::string& pa
     }
   }
   if (!wanted.is_object() || !has_script)
-    refuse(path, fmt::format("it lacks '{}' or '{}'", kManifest, kRunScript));
+    refuse_bundle(path, fmt::format("it lacks '{}' or '{}'", kManifest, kRunScript));
   if (wanted.value("files", json()) == found) return;
-  refuse(path, fmt::format("its files are not those that its {} lists", kManifest));
+  refuse_bundle(path, fmt::format("its files are not those that its {} lists", kManifest));
 }
 
 }  // namespace

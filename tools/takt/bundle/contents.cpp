@@ -73,7 +73,7 @@ std::string place_beside(const std::string& file, const fs::path& named) {
   return beside.empty() || *beside.begin() == ".." ? fs::path() : beside;
 }
 
-[[noreturn]] void refuse(const fs::path& named, const std::string& file) {
+[[noreturn]] void refuse_file(const fs::path& named, const std::string& file) {
   throw Error(
       fmt::format("'{}' is named by a path that leads out of the file's folder", named.string()),
       "put it into that folder", file);
@@ -83,7 +83,7 @@ std::string place_beside(const std::string& file, const fs::path& named) {
 std::string place_of(const fs::path& library, const std::string& file, const std::string& text) {
   if (const std::string beside = place_beside(file, library); !beside.empty()) return beside;
   const std::string name = library.filename();
-  if (text.find("/" + name) != text.npos) refuse(library, file);
+  if (text.find("/" + name) != text.npos) refuse_file(library, file);
   return "lib/" + name;
 }
 
@@ -92,7 +92,7 @@ void add_others(const SystemDescription& system, const std::string& file, Conten
   if (!system.model.empty()) others.push_back(system.model);
   for (const std::string& named : others) {
     const std::string path = place_beside(file, named);
-    if (path.empty()) refuse(named, file);
+    if (path.empty()) refuse_file(named, file);
     contents.add(path, named);
   }
 }
