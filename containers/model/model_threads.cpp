@@ -15,6 +15,7 @@
 #include "takt/entities/file_descriptor.hpp"
 #include "takt/entities/guard_condition.hpp"
 #include "takt/entities/subscription.hpp"
+#include "takt/executors/pool_search.hpp"
 
 namespace takt {
 namespace {
@@ -243,6 +244,10 @@ void ModelBuilder::place_threads() {
     executor.early_wake = description.early_wake.count();
     executor.spin =
         description.spin == kSpinAlways ? analysis::kUnbounded : description.spin.count();
+    // One of a pool also searches while others work, and then for kPoolSearch; with `spin`, anew
+    // from each message, and from each begin and end of an execution.
+    if (executor.threads > 1)
+      executor.spin = analysis::plus(analysis::times(3, executor.spin), kPoolSearch.count());
     const auto dispatch = static_cast<double>(model_.system.overheads.dispatch);
     const double longer = dispatch / speeds_of(i).first - dispatch;
     executor.more_dispatch = std::max<analysis::Time>(0, whole_time(longer));

@@ -121,7 +121,6 @@ std::map<const CpuModel::Thread*, int> set_virtual(ProcessResult& result,
                            .period = asked.period,
                            .refused = {}};
     statistics.counters = {};
-    statistics.spin_time = {};
     statistics.wall_time = duration;
     const auto found =
         std::find_if(use.begin(), use.end(), [&](const auto& of) { return of.name == asked.name; });

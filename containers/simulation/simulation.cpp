@@ -40,14 +40,6 @@ bool is_of_container(const std::string& thread) {
   return std::find(kNames.begin(), kNames.end(), thread) != kNames.end();
 }
 
-/// Whether several threads share the executor's callbacks, of which only one spins.
-bool is_pool(const ExecutorDescription& executor, const std::string& type) {
-  const ExecutorTraits traits = executors().traits(type);
-  if (traits.isolates) return executor.reentrant_threads > 1;
-  return executor.threads.empty() ? traits.pool
-                                  : std::min(executor.threads.size(), traits.max_threads) > 1;
-}
-
 }  // namespace
 
 // ---- What is simulated ----
@@ -94,14 +86,6 @@ void Simulation::refuse_what_differs() {
           "choose another, or say `.simulated = true` where it is registered, if it is made of "
           "executors of the engine",
           executor.where);
-    }
-    const bool spins =
-        executor.spin != Nanoseconds::zero() || executor.early_wake != Nanoseconds::zero();
-    if (spins && !options_.overrides.is_merged() && is_pool(executor, type)) {
-      refuse(system_,
-             fmt::format("`spin` and `early_wake` of executor '{}', which has several threads",
-                         executor.name),
-             "leave them out: what comes meanwhile then pays `overheads: wake`", executor.where);
     }
   }
   for (ComponentDescription& component : system_.components) {

@@ -11,38 +11,28 @@
 #include "takt/base/error.hpp"
 #include "takt/base/spin_pause.hpp"
 #include "takt/base/tracepoints.hpp"
+#include "takt/executors/pool_search.hpp"
+#include "takt/executors/virtual_cpus.hpp"
 #include "takt/executors/wait_backends/manual.hpp"
 
 namespace takt::detail {
 namespace {
 
-// About the cost of a sleep and its wake-up: to search for longer does not pay.
-constexpr Nanoseconds kPatience(20'000);
 // How long the searcher leaves an announced callback to the worker that announced it: that worker
 // usually takes it soon, and has its data in the cache.
 constexpr Nanoseconds kMoment(1'000);
 
 // Whether all threads share one CPU, so that a searcher should yield. Not with SCHED_DEADLINE,
 // where sched_yield() gives up the rest of the runtime.
-bool share_a_cpu(const std::vector<ThreadAttributes>& threads) {
-  const auto cpus_of = [](const ThreadAttributes& thread) {
-    return thread.affinity.empty() ? available_cpus() : thread.affinity;
-  };
-  const std::vector<int> first = cpus_of(threads.front());
-  return threads.size() > 1 && first.size() == 1 &&
+bool share_a_cpu(const std::vector<ThreadAttributes>& threads, Clock& clock) {
+  const bool is_only_one =
+      (has_virtual_cpus(clock) ? clock.as_manual()->cpus() : available_cpus().size()) == 1;
+  const std::vector<int>& first = threads.front().affinity;
+  return threads.size() > 1 && (is_only_one || first.size() == 1) &&
          std::all_of(threads.begin(), threads.end(), [&](const ThreadAttributes& thread) {
-           return thread.policy != ThreadPolicy::deadline && cpus_of(thread) == first;
+           return thread.policy != ThreadPolicy::deadline &&
+                  (is_only_one || thread.affinity == first);
          });
-}
-
-// The search on virtual CPUs, where polling takes no time: the thread is woken like a sleeper, but
-// keeps its CPU meanwhile.
-template <class MustLook>
-void wait_on_cpu(Sleepers& sleepers, WaitBackend& backend, std::size_t worker, TimePoint until,
-                 const MustLook& must_look) noexcept {
-  sleepers.begin();
-  const bool is_needed = must_look();
-  sleepers.end(!is_needed && static_cast<ManualWaitBackend&>(backend).search(worker, until));
 }
 
 }  // namespace
@@ -54,13 +44,14 @@ Workers::Workers(const ExecutorOptions& options, const std::vector<ThreadAttribu
                  const Updates& updates)
     : options_(options),
       policy_(policy),
-      yields_(share_a_cpu(threads)),
+      yields_(share_a_cpu(threads, *options.clock)),
       lock_(threads.size() > 1),
       ready_(ready),
       updates_(updates),
       all_(threads.size()),
       places_(options, threads.size(), policy != nullptr) {
   const bool is_manual = options.clock->as_manual() != nullptr;
+  const bool may_any_search = policy == nullptr && (!is_manual || has_virtual_cpus(*options.clock));
   for (std::size_t i = 0; i < threads.size(); ++i) {
     const ThreadAttributes& thread = threads[i];
     const auto is_not_above = [&](const auto& other) {
@@ -71,10 +62,12 @@ Workers::Workers(const ExecutorOptions& options, const std::vector<ThreadAttribu
     all_[i].attributes = thread;
     all_[i].dispatcher = &dispatcher;
     if (options.trace_events != 0) all_[i].trace.begin(options.trace_events);
-    all_[i].may_search = lock_.is_shared() && !is_manual && policy == nullptr &&
+    all_[i].may_search = lock_.is_shared() && may_any_search &&
                          std::all_of(threads.begin(), threads.end(), is_not_above);
   }
   if (options.wait != kAutoWait || is_manual) places_.choose(false);
+  if (has_virtual_cpus(*options.clock))
+    searcher_.is_called_by = static_cast<ManualWaitBackend*>(&places_.backend_of(0));
 }
 
 // Sleeping workers are woken for file descriptors. While none sleeps, a busy one polls them from
@@ -105,9 +98,13 @@ WorkerSet Workers::that_may_take(const NamedCallback& callback) const {
 // consistent, so one of the two threads sees what the other has written. Without a searcher and
 // sleepers it costs three loads.
 void Workers::notify(Search what) noexcept {
-  for (Search state = search_.load(); state != Search::none;) {
+  for (Search state = searcher_.state.load(); state != Search::none;) {
     if (state == Search::called && what == Search::called) break;  // still searching: preempted?
-    if (state >= what || search_.compare_exchange_weak(state, what)) return;
+    if (state >= what || searcher_.state.compare_exchange_weak(state, what)) {
+      if (searcher_.is_called_by != nullptr) [[unlikely]]
+        searcher_.is_called_by->call(searcher_.index.load());
+      return;
+    }
   }
   if (places_.wake_one_of(~WorkerSet{})) return;
   if (Wakeable* observer = observer_.load()) observer->wake();
@@ -168,7 +165,8 @@ TimePoint Workers::release_to_wait_for(const Worker& worker) const noexcept {
   if (first < first_wait_) return first;
   const auto waiting = std::count_if(all_.begin(), all_.end(),
                                      [](const Worker& each) { return each.waits_until != kNever; });
-  const bool are_parallel = lock_.is_shared() && options_.clock->as_manual() == nullptr;
+  const bool are_parallel = lock_.is_shared() && (searcher_.is_called_by != nullptr ||
+                                                  options_.clock->as_manual() == nullptr);
   return waiting == 1 && are_parallel ? ready_.timers().release_beside_first() : kNever;
 }
 
@@ -182,9 +180,12 @@ Nanoseconds Workers::patience_of(const Worker& worker) const noexcept {
       release <= later(ready_.timers().now(), options_.early_wake)) {
     return Nanoseconds::max();
   }
+  // There a thread that yields would have to work to do so: it sleeps at once.
+  if (searcher_.is_called_by != nullptr && yields_) [[unlikely]]
+    return Nanoseconds::zero();
   const bool others_work =
       lock_.is_shared() && !are_apart_.load() && places_.sleepers_of(0).idle() + 1 < working_;
-  return others_work ? std::max(options_.spin, kPatience) : options_.spin;
+  return others_work ? std::max(options_.spin, kPoolSearch) : options_.spin;
 }
 
 // Polls for whatever would wake a sleeper, until the time `until`, or until nothing was announced
@@ -195,37 +196,40 @@ bool Workers::search(Worker& worker, TimePoint until, Nanoseconds patience,
   const bool yields = yields_ && patience != Nanoseconds::max();
   const Nanoseconds between_looks = lock_.is_shared() ? kMoment : Nanoseconds::zero();
   set_wait(worker, until);
-  if (lock_.is_shared()) search_.store(Search::quiet);
+  ManualWaitBackend* const caller = searcher_.is_called_by;
+  searcher_.index.store(worker.index, std::memory_order_relaxed);
+  if (lock_.is_shared() || caller != nullptr) searcher_.state.store(Search::quiet);
   lock_.unlock();
   const Clock& clock = *options_.clock;
   const TimePoint start = clock.now();
   TimePoint now = start, last = start;
   bool has_found = false;
-  if (options_.clock->as_manual() != nullptr) {
-    wait_on_cpu(places_.sleepers_of(worker.index), places_.backend_of(worker.index), worker.index,
-                std::min(until, later(start, patience)),
-                [&] { return must_look(worker, expected); });
-    now = clock.now();
-    has_found = must_look(worker, expected);
-  } else {
-    do {
+  do {
+    if (caller != nullptr) [[unlikely]] {
+      if (!must_look(worker, expected))
+        caller->search(worker.index, std::min(until, later(last, patience)));
+      now = clock.now();
+    } else {
       const TimePoint look = later(now, between_looks);
       do {
         spin_pause();
         now = clock.now();
       } while (now < look);
       if (yields) sched_yield();
-      Search asked = Search::asked;
-      if (search_.load(std::memory_order_relaxed) == asked &&  // else the cache line stays shared
-          search_.compare_exchange_strong(asked, Search::quiet)) {
-        last = now;
-      }
-      has_found = must_look(worker, expected) || search_.load() == Search::called ||
-                  (places_.watch_file_descriptors() && places_.look());
-    } while (!has_found && now < until && now - last < patience);
-  }
+      has_found = places_.watch_file_descriptors() && places_.look();
+    }
+    Search asked = Search::asked;
+    if (searcher_.state.load(std::memory_order_relaxed) == asked &&  // else its line stays shared
+        searcher_.state.compare_exchange_strong(asked, Search::quiet)) {
+      last = now;
+    }
+    has_found |= must_look(worker, expected) || searcher_.state.load() == Search::called;
+  } while (!has_found && now < until && now - last < patience);
   lock_.lock();
-  if (lock_.is_shared() && search_.exchange(Search::none) != Search::quiet) has_found = true;
+  if ((lock_.is_shared() || caller != nullptr) &&
+      searcher_.state.exchange(Search::none) != Search::quiet) {
+    has_found = true;
+  }
   set_wait(worker, kNever);
   worker.spin_time += now - start;
   ready_.timers().read_clock();
@@ -242,7 +246,11 @@ bool Workers::wait(Worker& worker, TimePoint limit, const FutureState* future) n
   }
   const TimePoint release = release_to_wait_for(worker);
   TimePoint end = std::min(limit, release);
-  if (end == release && end != kNever && may_search(worker)) end -= options_.early_wake;
+  if (end == release && end != kNever && may_search(worker)) {
+    // Unless that is over: then another worker waits for a release before, and searches.
+    const TimePoint early = end - options_.early_wake;
+    if (early > ready_.timers().now()) end = early;
+  }
   if (end != kNever) wake_up_on_time();
   set_wait(worker, release);
   if (are_apart_.load()) [[unlikely]]

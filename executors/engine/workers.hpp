@@ -15,6 +15,10 @@
 #include "takt/executors/engine/schedule_update.hpp"
 #include "takt/executors/executor.hpp"
 
+namespace takt {
+class ManualWaitBackend;
+}
+
 namespace takt::detail {
 
 class Dispatcher;
@@ -127,7 +131,7 @@ class Workers final : public Wakeable {
     if (!lock_.is_shared()) return;
     if (are_apart_.load(std::memory_order_relaxed)) [[unlikely]]
       return pass_on_to_each();
-    if (!places_.sleepers_of(0).would_wake() && search_.load() == Search::none) return;
+    if (!places_.sleepers_of(0).would_wake() && searcher_.state.load() == Search::none) return;
     if (ready_.next_release() < first_wait_ || ready_.has_another()) wake();
   }
   /// There was nothing to run. Returns true if the worker must look again, false at the limit.
@@ -156,7 +160,7 @@ class Workers final : public Wakeable {
   TimePoint own_release(const Worker& worker) const noexcept TAKT_REQUIRES(lock_);
   TimePoint release_to_wait_for(const Worker& worker) const noexcept TAKT_REQUIRES(lock_);
   bool may_search(const Worker& worker) const noexcept {
-    return !lock_.is_shared() || (worker.may_search && search_.load() == Search::none);
+    return !lock_.is_shared() || (worker.may_search && searcher_.state.load() == Search::none);
   }
   Nanoseconds patience_of(const Worker& worker) const noexcept TAKT_REQUIRES(lock_);
   bool search(Worker& worker, TimePoint until, Nanoseconds patience,
@@ -174,7 +178,12 @@ class Workers final : public Wakeable {
   TimePoint first_wait_ TAKT_GUARDED_BY(lock_) = kNever;  // the first release for which one waits
   TimePoint last_look_ TAKT_GUARDED_BY(lock_){};          // when a busy worker last polled files
 
-  std::atomic<Search> search_{Search::none};
+  /// The searcher. On virtual CPUs, where a look takes no time, it is called instead.
+  struct Searcher {
+    std::atomic<Search> state{Search::none};
+    std::atomic<std::size_t> index{0};
+    ManualWaitBackend* is_called_by = nullptr;
+  } searcher_;
   std::atomic<bool> stops_{false};
   std::atomic<bool> are_apart_{false};  // a workers' policy tells those of a pool apart
   std::atomic<Wakeable*> observer_{nullptr};

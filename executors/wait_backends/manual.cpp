@@ -55,7 +55,7 @@ void ManualWaitBackend::leave(std::size_t worker) noexcept {
   if (std::exchange(workers_[worker].joined, false)) clock_.leave(workers_[worker].participant);
 }
 
-bool ManualWaitBackend::wait(std::size_t worker, TimePoint deadline, Wait how) noexcept {
+bool ManualWaitBackend::wait(std::size_t worker, TimePoint deadline) noexcept {
   Worker& self = workers_[worker];
   {
     const std::lock_guard lock(mutex_);
@@ -64,11 +64,16 @@ bool ManualWaitBackend::wait(std::size_t worker, TimePoint deadline, Wait how) n
   }
   // The caller of spin_once controls the clock until it has to wait.
   if (!self.joined) enter(worker, {});
-  const bool woken = (clock_.*how)(self.participant, deadline);
+  const bool woken = clock_.wait(self.participant, deadline);
   const std::lock_guard lock(mutex_);
   self.sleeping = false;
   if (!woken && posts_ != 0) return --posts_, true;
   return woken;
+}
+
+void ManualWaitBackend::search(std::size_t worker, TimePoint deadline) noexcept {
+  if (!workers_[worker].joined) enter(worker, {});
+  clock_.search(workers_[worker].participant, deadline);
 }
 
 void ManualWaitBackend::post() noexcept {

@@ -22,13 +22,10 @@ class ManualWaitBackend final : public WaitBackend {
 
   void enter(std::size_t worker, const ThreadAttributes& thread) noexcept override;
   void leave(std::size_t worker) noexcept override;
-  bool wait(std::size_t worker, TimePoint deadline) noexcept override {
-    return wait(worker, deadline, &ManualClock::wait);
-  }
-  /// The same for a worker that spins: it keeps its CPU.
-  bool search(std::size_t worker, TimePoint deadline) noexcept {
-    return wait(worker, deadline, &ManualClock::search);
-  }
+  bool wait(std::size_t worker, TimePoint deadline) noexcept override;
+  /// A worker that spins keeps its CPU. No post wakes it, but a call.
+  void search(std::size_t worker, TimePoint deadline) noexcept;
+  void call(std::size_t worker) noexcept { clock_.wake(workers_[worker].participant); }
   void post() noexcept override;
 
   bool serves_file_descriptors() const noexcept override { return true; }
@@ -42,8 +39,6 @@ class ManualWaitBackend final : public WaitBackend {
     bool joined = false;
     bool sleeping = false;
   };
-  using Wait = bool (ManualClock::*)(ManualClock::Participant&, TimePoint) noexcept;
-  bool wait(std::size_t worker, TimePoint deadline, Wait how) noexcept;
 
   ManualClock& clock_;
   std::mutex mutex_;  // guards posts_ and workers_

@@ -150,6 +150,33 @@ TEST(SimulatedMachine, AThreadThatSpinsKeepsItsCpu) {
   }
 }
 
+// A CPU with 936 ms of work in a second, and 20 ms in which it is searched, is taken away by Linux,
+// with the release for which its thread waits. Only the work was counted: the bound was 936 us.
+TEST(SimulatedMachine, WhatAPoolSearchesIsOfLinuxGrant) {
+  for (const int work_us : {800, 935}) {
+    const SystemDescription system = ConfigurationFile("system.yaml", fmt::format(R"(
+machine: {{cpus: 2, exclusive: true, rt_runtime: 950ms}}
+threads: {{a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}, b: {{policy: SCHED_FIFO, priority: 60, affinity: [1]}}}}
+executors: {{pool: {{type: events, threads: [a, b]}}}}
+chains: [{{name: often, path: [often/l_timer]}}]
+container:
+  name: robot
+  components:
+    - {{component: takt::Workload, name: often, executor: pool, parameters: {{publishers: {{topic: [l], period_us: [1000], work_us: [{}]}}}}}}
+    - {{component: takt::Workload, name: source, executor: pool, parameters: {{publishers: {{topic: [x], period_us: [1000], work_us: [1]}}}}}}
+    - {{component: takt::Workload, name: reader, executor: pool, parameters: {{subscriptions: {{topic: [x], work_us: [1]}}}}}}
+)",
+                                                                                  work_us))
+                                         .read();
+    const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 2s});
+    const SimulatedRun run = simulation.run(parse_scenario(
+        fmt::format("1,worst,/often/l_timer=0s,/source/x_timer={}500ns", work_us - 1)));
+    const Nanoseconds longest = run.result.chains.at(0).statistics.latency.max();
+    const Nanoseconds bound = bound_of_chain(system, "often");  // 0: none
+    EXPECT_EQ(longest > 1ms, bound == 0ns) << work_us << " us: " << longest.count();
+  }
+}
+
 // The end of a run wakes all threads. A more urgent one that did so took the switches of it from a
 // callback that had begun, beyond its bound.
 TEST(SimulatedMachine, TheEndOfARunTakesNoTime) {

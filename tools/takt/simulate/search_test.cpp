@@ -47,7 +47,7 @@ std::map<std::string, Nanoseconds> bounds_of_chains(const SystemDescription& sys
   return result;
 }
 
-/// One of three executors with one thread spins, one wakes early.
+/// One of three executors spins, one wakes early.
 void let_some_spin(SystemDescription& system, std::uint64_t seed) {
   std::mt19937_64 draws(~seed);
   const auto draw = [&draws] {
@@ -55,8 +55,7 @@ void let_some_spin(SystemDescription& system, std::uint64_t seed) {
     return draws() % 3 == 0 ? kSome[draws() % 4] : 0us;
   };
   for (ExecutorDescription& executor : system.executors) {
-    if (executor.threads.size() != 1 || executors().traits(executor.type).workers != nullptr)
-      continue;
+    if (executors().traits(executor.type).workers != nullptr) continue;
     executor.spin = draw();
     executor.early_wake = draw();
   }

@@ -413,6 +413,44 @@ TEST(Simulation, AGroupHasAThreadBesideAPool) {
               ElementsAre(0, 0, 4, 0));
 }
 
+// Of two workers one is busy from 5.1 ms on, and the other one is at work until 7.2 ms. It slept at
+// once, and `spin` was refused.
+TEST(Simulation, APoolWaitsAsOnRealCpus) {
+  const auto latencies = [](std::string_view spins, std::string_view second) {
+    const SystemDescription system = ConfigurationFile("system.yaml", fmt::format(R"(
+machine: {{cpus: 3, exclusive: true, rt_runtime: unlimited, overheads: {{wake: 100us}}}}
+threads:
+  a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}
+  b: {{policy: SCHED_FIFO, priority: 60, affinity: [1]}}
+  c: {{policy: SCHED_FIFO, priority: 60, affinity: [2]}}
+  low: {{policy: SCHED_FIFO, priority: 40, affinity: [1]}}
+executors: {{pool: {{type: events, threads: [a, b]{}}}, source: {{type: events, threads: [c]}}, low: {{type: events, threads: [low]}}}}
+chains: [{{name: long, path: [long/l_timer]}}, {{name: second, path: [source/w_timer, reader/w]}}, {{name: low, path: [low/z_timer]}}]
+container:
+  name: robot
+  components:
+    - {{component: takt::Workload, name: long, executor: pool, parameters: {{publishers: {{topic: [l], period_us: [50000], work_us: [5000]}}}}}}
+    - {{component: takt::Workload, name: source, executor: source, parameters: {{publishers: {{topic: [x, w], period_us: [50000, 50000], work_us: [1, 1]}}}}}}
+    - {{component: takt::Workload, name: reader, executor: pool, parameters: {{subscriptions: {{topic: [x, w], work_us: [1000, 100]}}}}}}
+    - {{component: takt::Workload, name: low, executor: low, parameters: {{publishers: {{topic: [z], period_us: [50000], work_us: [5]}}}}}}
+)",
+                                                                                  spins))
+                                         .read();
+    const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 30ms});
+    const SimulatedRun run = simulation.run(parse_scenario(fmt::format(
+        "1,worst,/long/l_timer=5ms,/source/x_timer=6ms,/source/w_timer={},/low/z_timer=7105us",
+        second)));
+    std::vector<Nanoseconds> result;
+    for (const auto& chain : run.result.chains) result.push_back(chain.statistics.latency.max());
+    return result;
+  };
+  using ::testing::ElementsAre;
+  EXPECT_THAT(latencies("", "7110us"), ElementsAre(5100us, 201us, 231us));
+  EXPECT_THAT(latencies("", "7130us"), ElementsAre(5100us, 301us, 121us));
+  EXPECT_THAT(latencies(", spin: 100us", "7130us"), ElementsAre(5100us, 201us, 331us));
+  EXPECT_THAT(latencies(", early_wake: 150us", "7130us"), ElementsAre(5000us, 301us, 121us));
+}
+
 TEST(Simulation, WhatCannotBeSimulatedIsRefusedByName) {
   const auto error = [](const std::string& text) -> std::string {
     try {
@@ -425,12 +463,6 @@ TEST(Simulation, WhatCannotBeSimulatedIsRefusedByName) {
   using ::testing::HasSubstr;
   const std::string machine = "machine: {cpus: 4}\n";
   EXPECT_EQ(error(mute_file(machine)), "");
-  std::string pool = mute_file(machine, "affinity: [3]", "type: events, spin: 10us");
-  EXPECT_EQ(error(pool), "");
-  pool.replace(pool.find("threads: [one]"), 14, "threads: [one, one]");
-  EXPECT_THAT(error(pool),
-              HasSubstr("system.yaml:4: cannot simulate `spin` and `early_wake` of executor "
-                        "'default', which has several threads"));
   EXPECT_THAT(error(mute_file(machine, "affinity: [3]", "type: events", "a: {execution: 1ms}")),
               HasSubstr("cannot simulate '/mute/b': its execution time is not known"));
   EXPECT_THAT(
