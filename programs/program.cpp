@@ -111,6 +111,7 @@ Program::Program() {
   variables_.placement = read("TAKT_PLACEMENT");
   variables_.scheduler = read("TAKT_SCHEDULER");
   variables_.results = quiet_variable("TAKT_RESULTS");
+  if (!variables_.results.empty()) variables_.trace_events = trace_events();
   read_file(how_to_simulate);
   const std::string refused = load_tracepoints_if_asked(file_ ? &*file_ : nullptr);
   if (!refused.empty()) print("note", refused);
@@ -126,10 +127,8 @@ Program::Program() {
     throw Error("there is no file whose nodes could be described", "set TAKT_CONFIG",
                 "TAKT_NODES=" + variables_.nodes);
   }
-  if (!variables_.results.empty() && !simulated_) {
-    variables_.trace_events = trace_events();
+  if (!variables_.results.empty() && !simulated_)
     results_.emplace(variables_.results, variables_.trace_events);
-  }
   // The file may have loaded them.
   check(executors(), variables_.executor, "TAKT_EXECUTOR");
   check(schedulers(), variables_.scheduler, "TAKT_SCHEDULER");

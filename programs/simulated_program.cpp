@@ -85,13 +85,17 @@ void SimulatedProgram::run(const std::string& results) {
   });
   json document;
   document["scenario"] = to_string(done.scenario);
-  document["releases"] = document["moments"] = json::array();
+  document["releases"] = document["moments"] = document["changes"] = json::array();
   for (const SimulatedRun::Release& release : done.releases)
     document["releases"].push_back(
         {release.callback, release.phase.count(), release.distance.count()});
   for (const std::vector<Nanoseconds>& chain : done.moments) {
     json& moments = document["moments"].emplace_back(json::array());
     for (const Nanoseconds moment : chain) moments.push_back(moment.count());
+  }
+  for (const SimulatedRun::Change& change : done.changes) {
+    document["changes"].push_back({change.time.time_since_epoch().count(), change.cpu,
+                                   change.before, change.after, change.was_preempted});
   }
   document["runs"] = rt::result_document({rt::run_of(std::move(done.result))}).at("runs");
   write_output(results, std::string(kTaktsJson) + rt::json_text(document) + '\n');

@@ -213,6 +213,15 @@ def is_simulated(folder):
     check("and faults", all("lost=/listener/chatter@" in run["scenario"] for run in document["runs"]), document["runs"])
     done = simulated("--replay", "2,drawn,lost=/listener/chatter@3ms", "--json", "-", "--", program)
     check("and scenarios", json.loads(done.stdout)["runs"][0]["callbacks"][1]["dropped"] == 1, done.stdout)
+    traces = [folder / "a.trace", folder / "b.trace"]
+    for trace in traces:
+        simulated("--trace", str(trace), "--", program)
+    events = json.loads(traces[0].read_text())["traceEvents"]
+    executions = [(event["ts"], event["dur"]) for event in events if event["ph"] == "X" and event["cat"] == "subscription"]
+    switches = {event["name"] for event in events if event["ph"] == "X" and event["cat"] == "sched"}
+    check("its timeline has each execution in virtual time, and its CPU",
+          len(executions) == 1000 and {round(length) for _, length in executions} == {300} and switches, executions[:3], switches)
+    check("and is the same each time", traces[0].read_bytes() == traces[1].read_bytes())
 
 
 def refuses_what_is_not_simulated(folder):
@@ -233,7 +242,7 @@ def refuses_what_is_not_simulated(folder):
     refused("it never calls spin()", "--", program, "leaves")
     refused("it shuts down before the end", "--", program, "calls", "5", "0")
     refused("has written no results", "--", "true")
-    refused("--as and --trace are for containers", "--trace", str(folder / "t.json"), "--", program, status=2)
+    refused("--as is for containers", "--as", "ros2_default", "--", program, status=2)
     how = {"scenario": "1,worst,all=0s", "duration_ns": 1, "cpus": [0], "speed": 1, "scales": {}, "settings": {}, "mode": "",
            "model": "", "faults": ""}
     done = subprocess.run([program], env=environment | {"TAKT_SIMULATE": json.dumps(how), "TAKT_CONFIG": str(file)},

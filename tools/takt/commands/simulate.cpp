@@ -199,8 +199,18 @@ void check_program(const Options& options) {
     throw UsageError("a program is simulated with a FILE, which says how long its callbacks take",
                      "let it write one: TAKT_CONFIG_TEMPLATE");
   }
-  if (is_program && !(options.as.empty() && options.trace.empty()))
-    throw UsageError("--as and --trace are for containers, not for a program", "leave them out");
+  if (is_program && !options.as.empty())
+    throw UsageError("--as is for containers, not for a program", "leave it out");
+}
+
+/// The scenario runs once more: the other runs recorded nothing.
+Trace trace_of_closest(const Results& all, const SystemDescription& system,
+                       const Simulation& simulation, const SimulationOptions& how,
+                       const Options& options) {
+  if (program_words().empty()) return traced(system, how, all.closest, options.file).trace;
+  SimulatedOnce once = simulate_program(simulation, options, "", all.closest, kMostTraceEvents);
+  once.run.file = with_program(options.file);
+  return trace_of(once.simulated.changes, std::move(once.run), false);
 }
 
 void run(const Options& options) {
@@ -230,7 +240,7 @@ void run(const Options& options) {
   }
   if (!options.json.empty()) write_json(document_of(all, simulation, known, options), options.json);
   if (!options.trace.empty())
-    write_trace(traced(system, how, all.closest, options.file).trace, options.trace);
+    write_trace(trace_of_closest(all, system, simulation, how, options), options.trace);
   if (all.signal != 0) throw_interrupted(all, options);
   if (std::any_of(all.sum.chains.begin(), all.sum.chains.end(),
                   [](const rt::Run::Chain& chain) { return chain.statistics.misses != 0; })) {

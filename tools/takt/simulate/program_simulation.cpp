@@ -37,13 +37,15 @@ json how_of(const Simulation& simulation, const SimulatedFile& file, const std::
 }  // namespace
 
 SimulatedOnce simulate_program(const Simulation& simulation, const SimulatedFile& file,
-                               const std::string& faults, const Scenario& scenario) {
+                               const std::string& faults, const Scenario& scenario,
+                               std::size_t trace_events) {
   ProgramResults done =
       results_of_program({.words = program_words(),
                           .file = file.file,
                           .executor = file.executor,
                           .placement = file.executor.empty() ? "" : file.placement,
                           .scheduler = file.scheduler,
+                          .trace_events = trace_events,
                           .has_stdout = false,
                           .simulated = rt::json_text(how_of(simulation, file, faults, scenario))});
   if (!done.failed.empty()) throw std::runtime_error(done.failed.front());
@@ -61,6 +63,11 @@ SimulatedOnce simulate_program(const Simulation& simulation, const SimulatedFile
   for (const json& chain : written.at("moments")) {
     std::vector<Nanoseconds>& moments = once.simulated.moments.emplace_back();
     for (const json& moment : chain) moments.emplace_back(moment.get<std::int64_t>());
+  }
+  for (const json& change : written.at("changes")) {
+    once.simulated.changes.push_back({TimePoint(Nanoseconds(change.at(0).get<std::int64_t>())),
+                                      change.at(1).get<int>(), change.at(2).get<int>(),
+                                      change.at(3).get<int>(), change.at(4).get<bool>()});
   }
   once.simulated.result.chains = once.run.chains;
   return once;

@@ -21,9 +21,11 @@ struct SimulatedOnce {
 };
 
 /// Starts the program that follows `--`, which runs the scenario when it spins, see
-/// programs/simulated_program.hpp. `simulation`: of the same file. Throws as run_program.
+/// programs/simulated_program.hpp. `simulation`: of the same file. `trace_events`: see
+/// ExecutorOptions. Throws as run_program.
 SimulatedOnce simulate_program(const Simulation& simulation, const SimulatedFile& file,
-                               const std::string& faults, const Scenario& scenario);
+                               const std::string& faults, const Scenario& scenario,
+                               std::size_t trace_events = 0);
 
 }  // namespace takt::tools
 

@@ -110,14 +110,10 @@ std::string replay_command(const SimulatedFile& file, const Scenario& scenario) 
   return command;
 }
 
-TracedScenario traced(const SystemDescription& system, SimulationOptions options,
-                      const Scenario& scenario, const std::string& file) {
-  options.overrides.trace_events = kMostTraceEvents;
-  const Simulation simulation(system, options);
-  TracedScenario result{.run = simulation.run(scenario), .trace = {}};
+Trace trace_of(const std::vector<SimulatedRun::Change>& changes, rt::Run run, bool are_several) {
   TraceFrame frame;
   frame.end = kNever;
-  for (const SimulatedRun::Change& change : result.run.changes) {
+  for (const SimulatedRun::Change& change : changes) {
     auto& event = frame.scheduling.events.emplace_back();
     event.time = change.time;
     event.cpu = change.cpu;
@@ -125,17 +121,25 @@ TracedScenario traced(const SystemDescription& system, SimulationOptions options
     event.next_thread = static_cast<std::uint32_t>(change.after);
     event.was_preempted = change.was_preempted;
   }
-  for (const ProcessResult::Thread& thread : result.run.result.threads) {
-    const ThreadState& state = thread.statistics.in_force;
-    frame.scheduling.names[static_cast<std::uint32_t>(state.tid)] =
-        thread.process.empty() ? state.name : thread.process + "/" + state.name;
+  for (const rt::Run::Thread& thread : run.threads) {
+    frame.scheduling.names[static_cast<std::uint32_t>(thread.in_force.tid)] =
+        are_several ? thread.process + "/" + thread.name : thread.name;
   }
+  if (!run.trace) run.trace.emplace();
+  Trace trace = make_trace(
+      run, are_several, [](const rt::Run::Traced&) { return false; }, frame);
+  trace.about["machine"] = kSimulatedMachine;
+  return trace;
+}
+
+TracedScenario traced(const SystemDescription& system, SimulationOptions options,
+                      const Scenario& scenario, const std::string& file) {
+  options.overrides.trace_events = kMostTraceEvents;
+  const Simulation simulation(system, options);
+  TracedScenario result{.run = simulation.run(scenario), .trace = {}};
   rt::Run run = rt::run_of(std::move(result.run.result));
   run.file = file;
-  if (!run.trace) run.trace.emplace();
-  result.trace = make_trace(
-      run, simulation.has_several_processes(), [](const rt::Run::Traced&) { return false; }, frame);
-  result.trace.about["machine"] = kSimulatedMachine;
+  result.trace = trace_of(result.run.changes, std::move(run), simulation.has_several_processes());
   return result;
 }
 

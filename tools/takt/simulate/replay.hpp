@@ -33,7 +33,10 @@ bool has_usual_grant(const SystemDescription& system);
 /// The command that runs a scenario of it again.
 std::string replay_command(const SimulatedFile& file, const Scenario& scenario);
 
-/// A scenario with its trace, which has a row for each CPU.
+/// The timeline of a run whose threads recorded what they executed, with a row for each CPU.
+Trace trace_of(const std::vector<SimulatedRun::Change>& changes, rt::Run run, bool are_several);
+
+/// A scenario with its trace.
 struct TracedScenario {
   SimulatedRun run;  // without its result
   Trace trace;
