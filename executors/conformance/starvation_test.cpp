@@ -44,7 +44,7 @@ TEST_P(ConformanceStarvation, TheLastTimerOfTheCounterexampleRuns) {
   if (!is_pool() && !is_isolated()) {  // never idle
     EXPECT_NEAR(5.0 * (ran[0] + ran[1] + ran[2]) + 0.1 * ran[3], 1000, 6);
   }
-  for (const int others : ran) {
+  for (const int& others : ran) {
     if (is_pool()) {  // the last one may run when its next release is due, too: two are one
       EXPECT_NEAR(others, 100, &others == &ran[3] ? 52 : 2);
     } else {  // one thread has too much to do, and may give each group the same
