@@ -416,4 +416,19 @@ Bounds analyze(const System& given, const Options& options) {
   return result;
 }
 
+std::vector<bool> pays(const System& system, Time Overheads::*overhead, const Options& options) {
+  constexpr Time kMore = 1000;
+  System with = system;
+  with.chains.clear();
+  const Bounds before = analyze(with, options);
+  with.overheads.*overhead += kMore;
+  const Bounds after = analyze(with, options);
+  std::vector<bool> result(system.executors.size());
+  for (std::size_t i = 0; i < system.callbacks.size(); ++i) {
+    if (after.callbacks[i].bound != before.callbacks[i].bound)
+      result[system.callbacks[i].executor] = true;
+  }
+  return result;
+}
+
 }  // namespace takt::analysis

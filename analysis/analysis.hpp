@@ -84,6 +84,11 @@ class TooManyPaths : public Error {
 /// Real-time: no.
 Bounds analyze(const System& system, const Options& options = {});
 
+/// By executor, whether a bound of its callbacks grows with this overhead: whether it pays for it.
+/// Two analyses, which throw as analyze() does. Thread safety: a pure function. Real-time: no.
+std::vector<bool> pays(const System& system, Time Overheads::*overhead,
+                       const Options& options = {});
+
 }  // namespace analysis
 }  // namespace takt
 

@@ -58,6 +58,12 @@ bool uses(const ComponentDescription& component, const ExecutorDescription& exec
                      [&](const auto& group) { return group.second.executor == executor.name; });
 }
 
+bool is_of_chain(const ExecutorDescription& executor, std::span<const ChainDescription> chains) {
+  return std::any_of(chains.begin(), chains.end(), [&](const ChainDescription& chain) {
+    return chain.options.name == executor.name;
+  });
+}
+
 std::string noun_of(const ComponentDescription& component) {
   return component.type.empty() ? fmt::format("node '{}'", full_name(component))
                                 : fmt::format("component '{}'", component.type);
@@ -164,12 +170,8 @@ std::vector<SystemDescription> split(const SystemDescription& system, Compositio
       return std::any_of(process.components.begin(), process.components.end(),
                          [&](const auto& component) { return uses(component, executor); });
     };
-    const auto is_of_chain = [&process](const ExecutorDescription& executor) {
-      return std::any_of(process.chains.begin(), process.chains.end(),
-                         [&](const auto& chain) { return chain.options.name == executor.name; });
-    };
     std::erase_if(process.executors, [&](const auto& executor) {
-      return !is_used(executor) && !is_of_chain(executor);
+      return !is_used(executor) && !is_of_chain(executor, process.chains);
     });
   }
   return processes;

@@ -36,8 +36,12 @@ SystemDescription ConfigurationReader::read(const Value& root) {
   ContainerReader(file_).check(root);
   MachineReader(file_).check_cpus_of_threads();
   file_.threads.check_bands();
-  if (const Value* executors = document::find(root, "executors"))
-    ExecutorReader(file_).check_threads(*executors);
+  for (const char* const key : {"executors", "threads"}) {
+    const Value* const where = document::find(root, key);
+    if (where == nullptr) continue;
+    ExecutorReader(file_).check_threads(*where);
+    break;
+  }
   return std::move(system_);
 }
 

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -126,6 +127,9 @@ struct ChainDescription {
   std::vector<std::pair<std::string, std::string>> path;
   SourceLine where;
 };
+
+/// Whether the executor is that of a chain, which a plan may give callbacks.
+bool is_of_chain(const ExecutorDescription& executor, std::span<const ChainDescription> chains);
 
 /// One entry of `modes:`. Callbacks are named as "node/callback", without a leading slash.
 struct ModeDescription {

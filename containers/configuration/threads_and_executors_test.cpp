@@ -132,9 +132,9 @@ TEST_F(ThreadsAndExecutors, RefusesReservationsThatTogetherAreMoreThanTheMachine
   std::string names = "whole";
   const std::string whole =
       "threads: {whole: {policy: SCHED_DEADLINE, runtime: 9ms, period: 9ms}}\n"
-      "executors:\n  rest: {}\n  fast: {type: multi_threaded, threads: [";
+      "executors:\n  rest: {}\n  default: {type: multi_threaded, threads: [";
   EXPECT_EQ(errors_of("threads: {half: {policy: SCHED_DEADLINE, runtime: 4ms, period: 9ms}}\n"
-                      "executors:\n  fast: {threads: [half]}\n"),
+                      "executors:\n  default: {threads: [half]}\n"),
             "no error\n");
   for (std::size_t i = 0; i < available_cpus().size(); ++i) names += ", whole";
   EXPECT_THAT(errors_of(whole + names + "]}\n"),
@@ -165,6 +165,34 @@ TEST_F(ThreadsAndExecutors, CountsReservationsOncePerProcessAndIsolatedNode) {
   EXPECT_EQ(errors("events", both), "no error\n");
   EXPECT_EQ(errors("events", each), too_much);
   EXPECT_EQ(errors("isolated", both), too_much);
+  // One that no process uses is not made.
+  EXPECT_EQ(errors("events", "container: {components: [{component: takt::Workload, name: x}]}\n"),
+            "no error\n");
+}
+
+// Takt's own threads were not counted: Linux refused one, and the chains were guaranteed.
+TEST_F(ThreadsAndExecutors, CountsReservationsOfTaktsOwnThreads) {
+  const auto errors = [](const std::string& name, const char* runtime, bool has_two) {
+    return ConfigurationFile(
+               "robot.yaml",
+               fmt::format(
+                   "machine: {{cpus: [0], rt_runtime: 900ms}}\n"
+                   "threads: {{{}: {{policy: SCHED_DEADLINE, runtime: {}, period: "
+                   "10ms}}}}\ncontainers:\n"
+                   "  - {{name: p, components: [{{component: takt::Workload, name: x}}]}}\n{}",
+                   name, runtime,
+                   has_two ? "  - {name: q, components: [{component: takt::Workload, name: z}]}\n"
+                           : ""))
+        .errors();
+  };
+  for (const char* const name :
+       {"main", "log", "container", "lifecycle", "loader", "signals", "watchdog"}) {
+    EXPECT_EQ(errors(name, "8ms", false), "no error\n") << name;
+    EXPECT_THAT(errors(name, "8ms", true), HasSubstr("robot.yaml:2: SCHED_DEADLINE threads"))
+        << name;
+  }
+  EXPECT_THAT(errors("requests", "4ms", false), HasSubstr("reserve 1.2 CPUs, of 0.9"));
+  EXPECT_THAT(errors("signals", "4ms", true), HasSubstr("reserve 1.2 CPUs, of 0.9"));
 }
 
 TEST_F(ThreadsAndExecutors, RefusesThreadsThatSpinAlwaysAndWouldStarveOthers) {

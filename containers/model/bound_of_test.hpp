@@ -70,6 +70,7 @@ void forget_if_ignored(const char* of, const char* fact, T& value) {
 inline MeasuredModel without_ignored(MeasuredModel model) {
   constexpr const char* kModel = "a measured model";
   forget_if_ignored(kModel, "duration", model.duration);
+  forget_if_ignored(kModel, "path", model.path);
   forget_if_ignored(kModel, "margin", model.margin);
   forget_if_ignored(kModel, "dispatch", model.dispatch_overhead);
   forget_if_ignored(kModel, "wake", model.wake_overhead);
@@ -95,6 +96,7 @@ inline MeasuredModel without_ignored(MeasuredModel model) {
   for (MeasuredChain& chain : model.chains) {
     forget_if_ignored("a measured chain", "name", chain.name);
     forget_if_ignored("a measured chain", "longest", chain.longest);
+    forget_if_ignored("a measured chain", "instances", chain.instances);
   }
   return model;
 }

@@ -60,9 +60,10 @@ constexpr CoverageEntry kTable[] = {
     {"dds", "ros_graph", kIrrelevant,
      "announcements are sent when endpoints are made, not by callbacks", kFree},
     {"dds", "rosout", kIrrelevant, "the thread `log` sends it: see a reserved thread"},
-    {"dds", "shared_memory", kIrrelevant,
-     "the time between processes is `delay`, whatever the way; that what was measured went the "
-     "same: as_measured"},
+    {"dds", "shared_memory", kUsed,
+     "losses: its queue is short; the time between processes is `delay`, whatever the way, and "
+     "that "
+     "what was measured went the same: as_measured"},
     {"dds", "synchronized_clocks", kIrrelevant,
      "only says from when latencies of other hosts count", kFree},
     {"dds", "threads", kUsed,
@@ -217,8 +218,8 @@ constexpr CoverageEntry kTable[] = {
     // A mode
     {"a mode", "drop", kUsed, "set_discarding; its chains have no instances"},
     {"a mode", "demote", kUsed, "set_order"},
-    {"a mode", "on", kIrrelevant, "during a switch there is no bound, whatever leads to it"},
-    {"what leads to a mode", "overrun", kIrrelevant, "see on of a mode"},
+    {"a mode", "on", kUsed, "nothing_is_changed: what is sure to lead to it refutes that"},
+    {"what leads to a mode", "overrun", kUsed, "see on of a mode"},
     // A node
     {"a node", "node_name", kUsed,
      "becomes a parameter of takt::Workload, which is constructed with it"},
@@ -393,10 +394,13 @@ constexpr CoverageEntry kTable[] = {
     {"a kind of entity", "client", kUsed, "links"},
     {"a kind of entity", "waitable", kUsed, "stated or measured arrivals"},
     // A measured model
-    {"a measured model", "path", kIrrelevant, "only a name"},
+    {"a measured model", "path", kUsed,
+     "nothing_is_changed: a container knows the model that its file names"},
     {"a measured model", "file", kUsed, "model_from_elsewhere"},
     {"a measured model", "machine", kUsed, "model_from_elsewhere"},
-    {"a measured model", "duration", kUsed, "not_seen; the distance of one arrival"},
+    {"a measured model", "duration", kUsed,
+     "not_seen; the distance of one arrival; what cannot fit into it is refused"},
+    {"a measured model", "total_duration", kUsed, "see duration"},
     {"a measured model", "margin", kUsed, "set_execution"},
     {"a measured model", "dispatch", kUsed, "set_overheads"},
     {"a measured model", "wake", kUsed, "set_overheads"},
@@ -407,6 +411,7 @@ constexpr CoverageEntry kTable[] = {
     {"a measured model", "components", kUsed, "model_from_elsewhere"},
     {"a measured model", "settings", kUsed, "model_from_elsewhere"},
     {"a measured model", "differs", kUsed, "model_from_elsewhere"},
+    {"a measured model", "lines", kIrrelevant, "only where errors point to"},
     // A measured callback
     {"a measured callback", "name", kUsed, "add_unknown_callbacks"},
     {"a measured callback", "executions", kUsed, "as_measured"},
@@ -426,7 +431,7 @@ constexpr CoverageEntry kTable[] = {
     {"a measured callback", "causes", kUsed, "links"},
     // A measured chain
     {"a measured chain", "name", kUsed, "add_chains"},
-    {"a measured chain", "instances", kIrrelevant, "for people"},
+    {"a measured chain", "instances", kUsed, "verdict: as many come through as the bound says"},
     {"a measured chain", "median", kIrrelevant, "for people"},
     {"a measured chain", "p99", kIrrelevant, "for people"},
     {"a measured chain", "p999", kIrrelevant, "for people"},
@@ -438,7 +443,8 @@ constexpr CoverageEntry kTable[] = {
     {"a reserved thread", "requests", kUsed, "see main"},
     {"a reserved thread", "lifecycle", kUsed, "see main"},
     {"a reserved thread", "loader", kUsed, "see main"},
-    {"a reserved thread", "signals", kIrrelevant, "sleeps until the end of the run"},
+    {"a reserved thread", "signals", kIrrelevant,
+     "sleeps until the end of the run; its reservation counts as any other"},
     {"a reserved thread", "watchdog", kUsed, "see main"},
     {"a reserved thread", "lttng", kUsed, "see main"},
     // Change

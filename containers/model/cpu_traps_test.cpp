@@ -201,6 +201,19 @@ TEST(CpuTraps, AChainThatLostInstancesInItsRunIsRefuted) {
   EXPECT_EQ(verdict_of(text, &measured), Verdict::guaranteed);
 }
 
+// A container refuses to load what takes a guarantee away, by the model that its file names.
+TEST(CpuTraps, AChainRestsOnTheModelThatItsContainerKnows) {
+  const auto text = [](const char* path) {
+    const MeasuredModel measured{.path = path, .duration = 15s};
+    return analyzed("dds: {}\n" + two_threads("", "policy: SCHED_FIFO, priority: 60, affinity: [1]",
+                                              "policy: SCHED_FIFO, priority: 60, affinity: [0]"),
+                    &measured)
+        .text_of("nothing_is_changed");
+  };
+  EXPECT_THAT(text(""), HasSubstr("no container unloads a component"));
+  EXPECT_THAT(text("other.model.yaml"), HasSubstr("no container gets or unloads a component"));
+}
+
 // Each process has its own thread of that name.
 TEST(CpuTraps, ThreadsAreNamedWithTheirProcesses) {
   const ModelBounds::Chain found = bound_of(R"(
@@ -231,6 +244,199 @@ container:
 )");
   EXPECT_EQ(found.one_of, 0);
   EXPECT_THAT(found.why_lossy, HasSubstr("waits for '/j/y': '/log/y' may take longer than 2ms"));
+}
+
+// ---- Overheads ----
+
+/// Two callbacks of one process and one of another, which send to each other; `e` and `f` are the
+/// executors of the first process.
+std::string overheads_of(const std::string& prices, const std::string& threads,
+                         const std::string& e, const std::string& f) {
+  return fmt::format(R"(
+machine: {{cpus: [0, 1], exclusive: true, overheads: {{{}}}}}
+threads: {{{}, c: {{policy: SCHED_FIFO, priority: 9, affinity: [1]}}}}
+executors: {{e: {}, f: {}, g: {{type: events, threads: [c]}}}}
+topics: {{/m: {{delay: 1ms}}}}
+chains: [{{name: c, deadline: 900ms, path: [l/l_timer, r/l]}}]
+containers:
+  - name: p
+    components:
+      - {{component: takt::Workload, name: l, executor: e, callbacks: {{l_timer: {{priority: 2, deadline: 90ms}}}}, parameters: {{publishers: {{topic: [l], period_us: [100000], work_us: [10000], size_bytes: [1000000]}}}}}}
+      - {{component: takt::Workload, name: h, executor: f, callbacks: {{h_timer: {{priority: 3, deadline: 9ms}}}}, parameters: {{publishers: {{topic: [h], period_us: [20000], work_us: [1000]}}}}}}
+      - {{component: takt::Workload, name: r, executor: e, callbacks: {{l: {{priority: 1}}}}, parameters: {{subscriptions: {{topic: [l], work_us: [1000]}}}}}}
+      - {{component: takt::Workload, name: s, executor: e, callbacks: {{l: {{priority: 1}}}}, parameters: {{relays: {{input: [l], output: [m], work_us: [1000]}}}}}}
+  - {{name: q, components: [{{component: takt::Workload, name: t, executor: g, parameters: {{subscriptions: {{topic: [m], work_us: [1000]}}}}}}]}}
+)",
+                     prices, threads, e, f);
+}
+
+/// The threads `a` and `b`, and two executors on them.
+struct Placing {
+  const char *threads, *e, *f;
+};
+constexpr const char* kTogether =
+    "a: {policy: SCHED_FIFO, priority: 50, affinity: [0]}, b: {policy: SCHED_FIFO, priority: 60, "
+    "affinity: [0]}";
+constexpr const char* kApart =
+    "a: {policy: SCHED_FIFO, priority: 50, affinity: [0]}, b: {policy: SCHED_FIFO, priority: 60, "
+    "affinity: [1]}";
+constexpr const char* kBand =
+    "a: {policy: SCHED_FIFO, priority: 50..55, affinity: [0]}, b: {policy: SCHED_FIFO, priority: "
+    "60, affinity: [1]}";
+constexpr Placing kPlacings[] = {
+    {kTogether, "{type: events, threads: [a]}", "{type: events, threads: [b]}"},
+    {kTogether, "{type: single_threaded, threads: [a]}", "{type: isolated, threads: [b]}"},
+    {kApart, "{type: events, threads: [a]}", "{type: events, threads: [b]}"},
+    {kApart, "{type: multi_threaded, threads: [a, b]}", "{type: events}"},
+    {kApart, "{type: triggered, let: 100ms, threads: [a]}", "{type: events, threads: [b]}"},
+    {"a: {policy: SCHED_FIFO, priority: 50, affinity: [0, 1]}, b: {policy: SCHED_FIFO, priority: "
+     "60, affinity: [0]}",
+     "{type: events, threads: [a]}", "{type: events, threads: [b]}"},
+    {"a: {policy: SCHED_RR, priority: 50, affinity: [0]}, b: {policy: SCHED_RR, priority: 50, "
+     "affinity: [0]}",
+     "{type: events, threads: [a]}", "{type: events, threads: [b]}"},
+    {"a: {policy: SCHED_DEADLINE, runtime: 40ms, period: 50ms}, b: {policy: SCHED_DEADLINE, "
+     "runtime: 4ms, period: 10ms}",
+     "{type: events, threads: [a]}", "{type: events, threads: [b]}"},
+    {kBand, "{type: preemptive, threads: [a]}", "{type: events, threads: [b]}"},
+    {kBand, "{type: preemptive, scheduler: edf, threads: [a]}", "{type: events, threads: [b]}"}};
+
+constexpr const char* kOverheads[] = {"dispatch", "wake", "switch"};
+constexpr const char* kPublishing[] = {"message", "receiver", "megabyte"};
+
+/// All prices are 1 us, but for this one; empty: it is left out.
+std::string prices_with(const std::string& changed, const std::string& instead) {
+  std::string all, publishing;
+  const auto add = [&](std::string& to, const std::string& name) {
+    const std::string price = name == changed ? instead : "1us";
+    if (!price.empty()) to += fmt::format("{}: {}, ", name, price);
+  };
+  for (const char* const name : kOverheads) add(all, name);
+  for (const char* const name : kPublishing) add(publishing, name);
+  return all + (changed == "message" && instead.empty() ? "" : "publish: {" + publishing + "}");
+}
+
+// A band that changes its threads was guaranteed without `switch`, and so was a message of a
+// megabyte without `megabyte`: what makes a bound longer, and nobody states, is named.
+TEST(CpuTraps, AnOverheadThatCountsAndIsLeftOutIsNamed) {
+  int counted = 0;
+  for (const Placing& placing : kPlacings) {
+    const auto found = [&](const std::string& price, const std::string& instead) {
+      // Its wake-ups are known: a file without `wake` has the change to a thread in these.
+      const MeasuredModel run{.wake_overhead = {.longest = 1us}};
+      return analyzed(
+          overheads_of(prices_with(price, instead), placing.threads, placing.e, placing.f),
+          price == "wake" ? nullptr : &run);
+    };
+    for (const std::string price :
+         {"dispatch", "wake", "switch", "message", "receiver", "megabyte"}) {
+      const Analyzed without = found(price, "");
+      const auto longest = found(price, "200us").bound().bound;
+      if (!without.bound().bound || longest == without.bound().bound) continue;
+      ++counted;
+      EXPECT_NE(without.text_of("overheads_are_zero"), "")
+          << price << " of " << placing.threads << ", " << placing.e;
+    }
+  }
+  EXPECT_GT(counted, 30);
+}
+
+// Without `wake` the model's counts, and of the switches only those beside it.
+TEST(CpuTraps, ASwitchBesideAMeasuredWakeIsNamed) {
+  const MeasuredModel run{.wake_overhead = {.longest = 1us}};
+  int counted = 0;
+  for (const Placing& placing : kPlacings) {
+    const auto found = [&](const char* change) {
+      return analyzed(overheads_of(fmt::format("dispatch: 1us, {}publish: {{message: 1us, "
+                                               "receiver: 1us, megabyte: 1us}}",
+                                               change),
+                                   placing.threads, placing.e, placing.f),
+                      &run);
+    };
+    const Analyzed without = found("");
+    if (!without.bound().bound || found("switch: 200us, ").bound().bound == without.bound().bound)
+      continue;
+    ++counted;
+    EXPECT_THAT(without.text_of("overheads_are_zero"), HasSubstr("a change from thread to thread"))
+        << placing.threads << ", " << placing.e;
+  }
+  EXPECT_GT(counted, 4);
+}
+
+// The other way round: a measured `wake` has the change to the thread in it.
+TEST(CpuTraps, AThreadWithACpuOfItsOwnChangesWhenItWakes) {
+  const auto text = [](const char* overheads, const MeasuredModel* run) {
+    return analyzed(two_threads(fmt::format("rt_runtime: unlimited, overheads: {{{}publish: 1us}}",
+                                            overheads),
+                                "policy: SCHED_FIFO, priority: 60, affinity: [1]",
+                                "policy: SCHED_FIFO, priority: 60, affinity: [0]"),
+                    run)
+        .text_of("overheads_are_zero");
+  };
+  const MeasuredModel run{.dispatch_overhead = {.longest = 1us}, .wake_overhead = {.longest = 1us}};
+  EXPECT_EQ(text("", &run), "");
+  EXPECT_EQ(text("dispatch: 1us, wake: 1us, switch: 1us, ", nullptr), "");
+  EXPECT_THAT(text("dispatch: 1us, wake: 1us, ", nullptr), HasSubstr("a change from thread"));
+}
+
+// ---- Speeds ----
+
+// A slow CPU and half the work take as long as a fast one and all of it, if each time that the
+// clock measures is the same. A `budget` was divided by the speed.
+TEST(CpuTraps, OnlyWorkScalesWithTheSpeed) {
+  const auto bounds = [](const char* speed, int work_us, const std::string& callback) {
+    const Analyzed found = analyzed(fmt::format(
+        R"(
+machine: {{cpus: [0, 1], rt_runtime: unlimited, exclusive: true, speed: {{0: {0}, 1: {0}}}, overheads: {{dispatch: {1}us, wake: 7us, publish: {{message: {1}us, receiver: {1}us}}}}}}
+threads: {{a: {{policy: SCHED_FIFO, priority: 50, affinity: [0]}}, b: {{policy: SCHED_FIFO, priority: 50, affinity: [1]}}, r: {{policy: SCHED_FIFO, priority: 40, affinity: [0]}}}}
+executors:
+  e: {{type: events, threads: [a], spin: 50us}}
+  l: {{type: triggered, let: 10ms, threads: [b]}}
+  d: {{type: events, threads: [r]}}
+topics: {{/x: {{lifespan: 30ms}}}}
+chains: [{{name: c, deadline: 90ms, path: [x/x_timer, z/x]}}]
+modes: {{m: {{drop: [v/v_timer], on: {{overrun: x/x_timer}}}}}}
+container:
+  components:
+    - {{component: takt::Workload, name: x, executor: e, callbacks: {{x_timer: {{{2}}}}}, parameters: {{publishers: {{topic: [x], period_us: [20000], work_us: [{3}]}}}}}}
+    - {{component: takt::Workload, name: z, executor: l, callbacks: {{x: {{waits: 50us}}}}, parameters: {{subscriptions: {{topic: [x], work_us: [{3}]}}}}}}
+    - {{component: takt::Workload, name: v, executor: d, parameters: {{publishers: {{topic: [v], period_us: [40000], work_us: [{3}]}}}}}}
+)",
+        speed, work_us / 100, callback, work_us));
+    std::string result = fmt::format("{} {}", to_string(found.verdict()), found.bound().why_lossy);
+    for (const auto& callback_bound : found.bounds.all.callbacks)
+      result += fmt::format(" {}", callback_bound.bound);
+    return result;
+  };
+  for (const char* const callback :
+       {"", "budget: 1ms", "budget: 2ms", "budget: 3ms", "deadline: 1ms", "deadline: 3ms",
+        "budget: 1500us, overrun: abort", "budget: 3ms, overrun: abort",
+        "deadline: 9ms, overrun: skip"}) {
+    const std::string whole = bounds("1", 2000, callback);
+    EXPECT_THAT(whole, ::testing::Not(HasSubstr(std::to_string(analysis::kUnbounded)))) << callback;
+    EXPECT_EQ(bounds("0.5", 1000, callback), whole) << callback;
+  }
+}
+
+// An overrun of each execution leads to a mode, which was guaranteed never to come.
+TEST(CpuTraps, ABudgetIsAsLongOnASlowCpu) {
+  const auto found = [](const char* speed, const char* limit) {
+    std::string text = two_threads(fmt::format("speed: {{1: {}}}", speed),
+                                   "policy: SCHED_FIFO, priority: 60, affinity: [1]",
+                                   "policy: SCHED_FIFO, priority: 60, affinity: [0]");
+    text.insert(text.find("container:"),
+                "modes: {m: {drop: [z/z_timer], on: {overrun: x/x_timer}}}\n");
+    text.insert(text.find("parameters: {publishers: {topic: [x]"),
+                fmt::format("callbacks: {{x_timer: {{{}}}}}, ", limit));
+    return analyzed(text, nullptr, /*accepts_all=*/true);
+  };
+  EXPECT_EQ(found("1", "budget: 15ms").verdict(), Verdict::guaranteed);
+  EXPECT_EQ(found("0.5", "budget: 25ms").verdict(), Verdict::guaranteed);
+  for (const char* const limit : {"budget: 15ms", "deadline: 15ms"}) {
+    const Analyzed slow = found("0.5", limit);
+    EXPECT_EQ(slow.verdict(), Verdict::refuted) << limit;
+    EXPECT_THAT(slow.text_of("nothing_is_changed"), HasSubstr("takes 20ms or more")) << limit;
+  }
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "takt/containers/configuration/system_reader.hpp"
+#include "takt/containers/model/measured_relations.hpp"
 
 namespace takt {
 namespace {
@@ -20,58 +21,6 @@ using namespace std::chrono_literals;
 constexpr Nanoseconds kLongest = 10'000h;
 // Limit: the `margin` of a model file. At it: a larger one is refused. Seen: the error.
 constexpr double kMostMargin = 10;
-
-/// Describes percentiles that are not ascending; empty: they are. Those that are zero were left
-/// out.
-std::string contradiction(std::initializer_list<std::pair<const char*, Nanoseconds>> ascending) {
-  std::pair<const char*, Nanoseconds> shorter{"", Nanoseconds::zero()};
-  for (const auto& [name, time] : ascending) {
-    if (time == Nanoseconds::zero()) continue;
-    if (shorter.second > time) return fmt::format("'{}' is longer than '{}'", shorter.first, name);
-    shorter = {name, time};
-  }
-  return {};
-}
-
-/// The same for execution times.
-std::string contradiction(const MeasuredCallback& callback) {
-  const Nanoseconds longest = callback.longest_execution;
-  if (longest == Nanoseconds::zero()) return "'max' is zero, but whatever runs takes time";
-  const std::string what = contradiction({{"min", callback.least_execution},
-                                          {"p50", callback.median_execution},
-                                          {"p99", callback.p99_execution},
-                                          {"max", longest}});
-  if (!what.empty()) return what;
-  return callback.longest_first_execution > longest ? "'first_ten' is longer than 'max'" : "";
-}
-
-/// The same for arrivals.
-std::string contradiction_of_arrivals(const MeasuredCallback& callback) {
-  const std::vector<Nanoseconds>& distances = callback.least_distances;
-  if (!std::is_sorted(distances.begin(), distances.end())) {
-    return "'distances' get shorter: each is for one arrival more than the one before";
-  }
-  if (!distances.empty() && distances.back() == Nanoseconds::zero()) {
-    return "'distances' are all zero: that is any number of arrivals at once";
-  }
-  if (callback.period == Nanoseconds::zero()) {
-    return callback.jitter == Nanoseconds::zero() ? "" : "a 'jitter' needs a 'period'";
-  }
-  for (std::size_t i = 0; i < distances.size(); ++i) {
-    const auto periods = static_cast<std::int64_t>(i + 1);
-    if (distances[i] < periods * callback.period - callback.jitter) {
-      return fmt::format("distances[{}] is {}, but 'period' and 'jitter' allow no less than {}", i,
-                         to_string(distances[i]),
-                         to_string(periods * callback.period - callback.jitter));
-    }
-    if (distances[i] > periods * callback.period + callback.jitter) {
-      return fmt::format("distances[{}] is {}, but 'period' and 'jitter' allow no more than {}", i,
-                         to_string(distances[i]),
-                         to_string(periods * callback.period + callback.jitter));
-    }
-  }
-  return {};
-}
 
 /// Reads a *.model.yaml.
 class ModelReader : private SystemReader {
@@ -85,6 +34,7 @@ class ModelReader : private SystemReader {
         {{"file", "", into(model.file)},
          {"machine", "", into(model.machine)},
          {"duration", "", into_time(model.duration)},
+         {"total_duration", "", into_time(model.total_duration)},
          {"margin", "", into_margin(model.margin)},
          {"lost_executions", "", into_count(model.lost_executions)},
          {"overheads", "", into_overheads(model)},
@@ -101,8 +51,10 @@ class ModelReader : private SystemReader {
           /*is_required=*/true},
          {"chains", "",
           each_in_map([&](const Value& value) { model.chains.push_back(chain(value)); })}});
-    check_causes(model);
+    check_names(model);
     check_duration(root, model);
+    if (errors_.size() == 0) check_relations(root, model);
+    model.lines = std::move(lines_);
     return model;
   }
 
@@ -159,7 +111,6 @@ class ModelReader : private SystemReader {
     return [this, &times](const Value& value) {
       if (!std::holds_alternative<document::Map>(value.content))
         return into_time(times.longest)(value);
-      const std::size_t errors = errors_.size();
       read_map(value, "a measured overhead",
                {{"min", "", into_time(times.least)},
                 {"p10", "", into_time(times.p10)},
@@ -167,13 +118,6 @@ class ModelReader : private SystemReader {
                 {"p90", "", into_time(times.p90)},
                 {"p99", "", into_time(times.p99)},
                 {"p99.9", "", into_time(times.longest), /*is_required=*/true}});
-      if (errors_.size() == errors)
-        complain(value, contradiction({{"min", times.least},
-                                       {"p10", times.p10},
-                                       {"p50", times.median},
-                                       {"p90", times.p90},
-                                       {"p99", times.p99},
-                                       {"p99.9", times.longest}}));
     };
   }
 
@@ -184,6 +128,7 @@ class ModelReader : private SystemReader {
               {"scheduler", "", into(result.scheduler), /*is_required=*/true},
               {"callbacks", "", each_in_list([&](const Value& name) {
                  into(result.callbacks.emplace_back())(name);
+                 named_.emplace_back(name.line, result.callbacks.back());
                })}});
     return result;
   }
@@ -192,6 +137,7 @@ class ModelReader : private SystemReader {
     MeasuredCallback result;
     bool has_none = false;
     result.name = value.name;
+    lines_[value.name] = errors_.where(value.line);
     if (!value.name.starts_with('/') || value.name.find('/', 1) == std::string::npos) {
       errors_.add(value.line, fmt::format("'{}' names no callback", value.name),
                   "write its node and its name, as in /camera/image");
@@ -207,7 +153,7 @@ class ModelReader : private SystemReader {
               {"dropped", "", into_count(result.dropped)},
               {"uncaused", "", into_uncaused(result)},
               {"causes", "", each_in_map([&](const Value& cause) {
-                 caused_.emplace_back(cause.line, cause.name);
+                 named_.emplace_back(cause.line, cause.name);
                  into_count(result.causes[cause.name])(cause);
                })}});
     if (has_none && result.longest_execution != Nanoseconds::zero()) {
@@ -227,18 +173,17 @@ class ModelReader : private SystemReader {
                 {"first_ten", "", into_time(callback.longest_first_execution)},
                 {"waits", "",
                  [&](const Value& waits) { into_time(callback.longest_wait.emplace())(waits); }}});
-      if (errors_.size() == errors) complain(value, contradiction(callback));
+      if (errors_.size() == errors && callback.longest_execution == Nanoseconds::zero())
+        complain(value, "'max' is zero, but whatever runs takes time");
     };
   }
 
   Read into_arrival(MeasuredCallback& callback) {
     return [this, &callback](const Value& value) {
-      const std::size_t errors = errors_.size();
       read_map(value, "an arrival",
                {{"period", "", into_time(callback.period)},
                 {"jitter", "", into_time(callback.jitter)},
                 {"distances", "", into_distances(callback.least_distances)}});
-      if (errors_.size() == errors) complain(value, contradiction_of_arrivals(callback));
     };
   }
 
@@ -247,12 +192,6 @@ class ModelReader : private SystemReader {
       read_map(value, "what no callback has caused",
                {{"executions", "", into_count(callback.uncaused), /*is_required=*/true},
                 {"distances", "", into_distances(callback.uncaused_distances)}});
-      if (callback.uncaused > callback.executions) {
-        complain(value, "it has more executions than the callback");
-      } else if (!std::is_sorted(callback.uncaused_distances.begin(),
-                                 callback.uncaused_distances.end())) {
-        complain(value, "'distances' get shorter");
-      }
     };
   }
 
@@ -271,16 +210,13 @@ class ModelReader : private SystemReader {
 
   MeasuredChain chain(const Value& value) {
     MeasuredChain result{.name = value.name};
+    lines_[value.name] = errors_.where(value.line);
     read_map(value, "a measured chain",
              {{"instances", "", into_count(result.instances)},
               {"p50", "", into_time(result.median)},
               {"p99", "", into_time(result.p99)},
               {"p99.9", "", into_time(result.p999)},
               {"max", "", into_time(result.longest), /*is_required=*/true}});
-    complain(value, contradiction({{"p50", result.median},
-                                   {"p99", result.p99},
-                                   {"p99.9", result.p999},
-                                   {"max", result.longest}}));
     return result;
   }
 
@@ -290,15 +226,28 @@ class ModelReader : private SystemReader {
                 "correct it, or measure again");
   }
 
-  /// The callbacks that others cause must be in the file, too: otherwise a name is misspelt.
-  void check_causes(const MeasuredModel& model) {
+  /// The callbacks that others cause, and those of executors, must be in the file, too: otherwise a
+  /// name is misspelt.
+  void check_names(const MeasuredModel& model) {
     std::vector<std::string> names;
     for (const MeasuredCallback& callback : model.callbacks) names.push_back(callback.name);
     const std::set<std::string> known(names.begin(), names.end());
-    for (const auto& [line, name] : caused_) {
+    for (const auto& [line, name] : named_) {
       if (known.contains(name)) continue;
       errors_.add(line, fmt::format("'{}' is not a callback of this file", name),
-                  suggest(name, names));
+                  names.empty() ? "list it under 'callbacks'" : suggest(name, names));
+    }
+  }
+
+  void check_relations(const Value& root, const MeasuredModel& model) {
+    for (const Contradiction& found : contradictions(model)) {
+      const Value* value = &root;
+      for (const std::string& key : found.at) {
+        const Value* const next = document::find(*value, key);
+        if (next == nullptr) break;
+        value = next;
+      }
+      complain(*value, found.what);
     }
   }
 
@@ -311,7 +260,8 @@ class ModelReader : private SystemReader {
     }
   }
 
-  std::vector<std::pair<int, std::string>> caused_;  // with their lines
+  std::vector<std::pair<int, std::string>> named_;  // callbacks, with their lines
+  std::map<std::string, std::string> lines_;
 };
 
 }  // namespace

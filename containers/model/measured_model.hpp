@@ -80,6 +80,8 @@ struct MeasuredModel {
   std::string file;         // the system file it was measured with
   std::string machine;      // for people: processors, kernel, clock
   Nanoseconds duration{0};  // of the shortest run
+  /// Of all runs together; 0: there was one.
+  Nanoseconds total_duration{0};
   /// Added to the longest execution times where they are used: 0.2 is a fifth.
   double margin = 0.2;
   /// Estimates from the trace: between two callbacks of a busy thread, and to wake an idle one;
@@ -97,6 +99,8 @@ struct MeasuredModel {
   /// How this machine or a component differs from those of the run, as the caller has found; empty:
   /// it does not. Not in the file.
   std::string differs;
+  /// Where its callbacks and chains stand, by name.
+  std::map<std::string, std::string> lines;
 };
 
 struct SystemDescription;

@@ -119,7 +119,7 @@ TEST(MeasuredModel, RefusesUnknownKeysWithTheNearestValidOne) {
   EXPECT_EQ(
       errors_in("callback: {}\ncallbacks: {}"),
       "m.model.yaml:1: 'callback' is not a key of a measured model; did you mean 'callbacks'? "
-      "valid: file, machine, duration, margin, lost_executions, overheads, "
+      "valid: file, machine, duration, total_duration, margin, lost_executions, overheads, "
       "executors, components, settings, callbacks, chains\n");
   EXPECT_THAT(errors_of("    arival: {}"), HasSubstr("m.model.yaml:3: 'arival' is not a key of a "
                                                      "measured callback; did you mean 'arrival'?"));
@@ -173,6 +173,100 @@ TEST(MeasuredModel, RefusesExecutionTimesThatContradictEachOther) {
   EXPECT_THAT(errors_of("    execution: {max: 0s}"), HasSubstr("'max' is zero"));
   EXPECT_EQ(errors_of("    execution: {p50: 1ms}"),
             "m.model.yaml:3: an execution time needs the key 'max'; add it\n");
+}
+
+/// One file that contradicts itself, beside one that does not.
+void expect_relation(const std::string& holds, const std::string& broken, int line,
+                     const std::string& what) {
+  EXPECT_EQ(errors_in(holds), "no error") << holds;
+  EXPECT_EQ(errors_in(broken),
+            fmt::format("m.model.yaml:{}: {}; correct it, or measure again\n", line, what))
+      << broken;
+}
+
+// Each relation of one callback.
+TEST(MeasuredModel, RefusesFiguresOfACallbackThatNoRunCanHaveShown) {
+  const auto of_callback = [](const std::string& holds, const std::string& broken,
+                              const std::string& what) {
+    const std::string top = "duration: 1s\ncallbacks:\n  /a/b:\n    executions: 9\n    ";
+    expect_relation(top + holds, top + broken, 5, what);
+  };
+  of_callback("execution: {min: 2ms, max: 4ms, first_ten: 3ms}",
+              "execution: {min: 2ms, max: 4ms, first_ten: 1ms}",
+              "'execution' contradicts itself: 'min' is longer than 'first_ten'");
+  of_callback("execution: {max: 900ms}", "execution: {max: 3s}",
+              "'execution' contradicts itself: 'max' is longer than the run");
+  of_callback("execution: {max: 1ms, waits: 900ms}", "execution: {max: 1ms, waits: 3s}",
+              "'execution' contradicts itself: 'waits' is longer than the run");
+  of_callback("arrival: {distances: [5ms, 10ms]}", "arrival: {distances: [5ms, 9ms]}",
+              "'arrival' contradicts itself: distances[1] is 9ms, but it is made of distances[0] "
+              "and distances[0], 10ms");
+  of_callback("arrival: {distances: [1ms, 2ms, 3ms, 4ms, 5ms, 6ms, 7ms, 8ms]}",
+              "arrival: {distances: [1ms, 2ms, 3ms, 4ms, 5ms, 6ms, 7ms, 8ms, 9ms]}",
+              "'arrival' contradicts itself: there are 9 distances between 9 arrivals");
+  of_callback(
+      "arrival: {distances: [200ms]}", "arrival: {distances: [700ms]}",
+      "'arrival' contradicts itself: 9 arrivals with distances[0] of 700ms take longer than "
+      "the run");
+  of_callback("arrival: {distances: [200ms, 400ms]}", "arrival: {distances: [200ms, 3s]}",
+              "'arrival' contradicts itself: distances[1] is 3s, longer than the run");
+  of_callback("uncaused: {executions: 9}", "uncaused: {executions: 10}",
+              "'uncaused' contradicts itself: it has more executions than the callback");
+  of_callback("uncaused: {executions: 2, distances: [1ms]}",
+              "uncaused: {executions: 2, distances: [1ms, 2ms]}",
+              "'uncaused' contradicts itself: there are 2 distances between 2 arrivals");
+  of_callback(
+      "uncaused: {executions: 3, distances: [1ms, 2ms]}",
+      "uncaused: {executions: 3, distances: [2ms, 1ms]}",
+      "'uncaused' contradicts itself: 'distances' get shorter: each is for one arrival more "
+      "than the one before");
+}
+
+// Each relation between the others.
+TEST(MeasuredModel, RefusesFiguresOfAModelThatNoRunCanHaveShown) {
+  const std::string arrivals = "arrival: {distances: [2ms]}\n    ";
+  expect_relation(
+      "callbacks:\n  /a/b:\n    " + arrivals +
+          "executions: 9\n    uncaused: {executions: 3, "
+          "distances: [2ms]}",
+      "callbacks:\n  /a/b:\n    " + arrivals +
+          "executions: 9\n    uncaused: {executions: 3, "
+          "distances: [1ms]}",
+      5, "'uncaused' contradicts itself: distances[0] is 1ms, but of all arrivals it is 2ms");
+  expect_relation(
+      "callbacks:\n  /a/b:\n    causes: {/c/d: 3}\n  /c/d: {executions: 3}",
+      "callbacks:\n  /a/b:\n    causes: {/c/d: 4}\n  /c/d: {executions: 3}", 3,
+      "'/c/d' contradicts itself: one execution has caused 4 of it, and of its 3 there are 3 "
+      "that something has caused");
+  expect_relation(
+      "callbacks: {/a/b: {executions: 3}}\nchains:\n  c: {instances: 3, max: 1s}",
+      "callbacks: {/a/b: {executions: 3}}\nchains:\n  c: {instances: 4, max: 1s}", 3,
+      "'c' contradicts itself: 4 instances came through, and no callback was executed more "
+      "than 3 times");
+  expect_relation("duration: 1s\ncallbacks: {}\nchains: {c: {max: 1s}}",
+                  "duration: 1s\ncallbacks: {}\nchains: {c: {max: 3s}}", 3,
+                  "'c' contradicts itself: 'max' is longer than the run");
+  expect_relation(
+      "duration: 1s\ntotal_duration: 2s\ncallbacks: {}",
+      "duration: 1s\ntotal_duration: 900ms\ncallbacks: {}", 2,
+      "'total_duration' contradicts itself: 'duration' is longer than 'total_duration'");
+  expect_relation(
+      "duration: 1s\nlost_executions: 1000\ncallbacks: {}",
+      "duration: 1s\nlost_executions: 9000000000\ncallbacks: {}", 2,
+      "'lost_executions' contradicts itself: 9000000000 executions do not fit into the run");
+  const std::string executor = "{type: events, scheduler: fifo, callbacks: [/a/b]}";
+  const std::string callback = "callbacks: {/a/b: {}}\nexecutors:\n  e: " + executor;
+  expect_relation(
+      callback, callback + "\n  f: " + executor, 4,
+      "'f' contradicts itself: '/a/b' is in the lists of two executors, or twice in one");
+}
+
+// A model of several runs has the executions of all.
+TEST(MeasuredModel, CountsTheTimeOfAllRuns) {
+  const std::string callback =
+      "callbacks: {/a/b: {executions: 90, arrival: {distances: [100ms]}}}\n";
+  EXPECT_THAT(errors_in("duration: 1s\n" + callback), HasSubstr("take longer than the run"));
+  EXPECT_EQ(errors_in("duration: 1s\ntotal_duration: 9s\n" + callback), "no error");
 }
 
 // Each would allow fewer arrivals than the file itself reports.

@@ -420,5 +420,80 @@ chains: [{{name: c, path: [x/tick, y/t]}}]
   EXPECT_THAT(text("a"), Not(HasSubstr("waits for no lock")));
 }
 
+// Between two processes of the file it might be lost, and from outside it was guaranteed.
+TEST(MessageTraps, BestEffortMayLoseWhatComesFromOutside) {
+  const auto why_lossy = [](const char* reliability, const char* dds) {
+    return bound_of(fmt::format(R"(
+threads: {{a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}}}
+executors: {{a: {{type: events, threads: [a]}}}}
+topics: {{/x: {{delay: 1ms, reliability: {}}}}}
+dds: {{{}}}
+container: {{components: [{{component: takt::Workload, name: "y", executor: a, callbacks: {{x: {{arrival: {{period: 10ms}}}}}}, parameters: {{subscriptions: {{topic: [x], work_us: [100]}}}}}}]}}
+chains: [{{name: c, deadline: 90ms, path: ["y/x"]}}]
+)",
+                                reliability, dds))
+        .why_lossy;
+  };
+  EXPECT_EQ(why_lossy("reliable", ""), "");
+  EXPECT_THAT(why_lossy("best_effort", ""),
+              HasSubstr("messages on '/x' come from outside, and `best_effort`"));
+  EXPECT_EQ(why_lossy("best_effort", "discovery: 'off'"), "");
+}
+
+// A chain may begin where a message of another process arrives.
+TEST(MessageTraps, BestEffortMayLoseTheFirstMessageOfAChain) {
+  std::string text = two_processes("topics: {/x: {delay: 1ms, reliability: best_effort}}\n");
+  text.replace(text.find("x/x_timer, y/x"), 14, "y/x");
+  EXPECT_THAT(bound_of(text).why_lossy, HasSubstr("go to another process"));
+}
+
+// Beside senders in other processes, what came from outside is only known by its number.
+TEST(MessageTraps, MoreThanAnArrivalAllowsRefutesItBesideOtherSenders) {
+  MeasuredModel measured = measured_run({"/x/x_timer", "/y/x"});
+  const auto refuted = [&](std::uint64_t received) {
+    measured.callbacks[0].executions = 500;
+    measured.callbacks[0].least_distances = {20ms};
+    measured.callbacks[1].executions = received;
+    std::string text = two_processes("topics: {/x: {delay: 1ms}}\n");
+    text.insert(text.find("name: y, ") + 9, "callbacks: {x: {arrival: {period: 1s}}}, ");
+    const Analyzed found = analyzed(text, &measured);
+    for (const Assumption& each : found.chain().assumptions) {
+      if (each.state == Assumption::State::refuted) return each.text;
+    }
+    return std::string();
+  };
+  EXPECT_EQ(refuted(510), "");
+  EXPECT_THAT(refuted(530), HasSubstr("30 messages came to '/y/x' from outside"));
+}
+
+// A model of another system, or edited by hand, was guaranteed.
+TEST(MessageTraps, AModelThatContradictsItsSystemIsRefused) {
+  MeasuredModel measured = measured_run({"/x/x_timer", "/y/x"});
+  measured.path = "m.yaml";
+  measured.lines = {{"/x/x_timer", "m.yaml:3"}, {"c", "m.yaml:9"}};
+  const auto error = [&] {
+    try {
+      analyzed(two_processes("topics: {/x: {delay: 1ms}}\n"), &measured);
+    } catch (const Error& thrown) {
+      return std::string(thrown.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(error(), "");
+  measured.chains = {{.name = "c", .instances = 9}};
+  EXPECT_EQ(error(), "");
+  measured.chains[0].instances = 10;
+  EXPECT_EQ(error(),
+            "m.yaml:9: 'c' contradicts the system: 10 of its instances came through, and "
+            "'/y/x' was executed 9 times; correct it, or measure this system");
+  measured.chains.clear();
+  measured.callbacks[0].causes = {{"/x/x_timer", 1}};
+  EXPECT_THAT(error(), HasSubstr("m.yaml:3: '/x/x_timer' contradicts the system: it 'causes' "
+                                 "'/x/x_timer', a timer"));
+  measured.callbacks[0].causes.clear();
+  measured.callbacks[0].uncaused = 1;
+  EXPECT_THAT(error(), HasSubstr("it is a timer, which has no executions that are 'uncaused'"));
+}
+
 }  // namespace
 }  // namespace takt::test

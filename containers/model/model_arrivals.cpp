@@ -99,31 +99,10 @@ std::optional<ArrivalCurve> ModelBuilder::measured_arrivals(const MeasuredCallba
 std::optional<ArrivalCurve> ModelBuilder::unexplained_arrivals(std::size_t index) const {
   const MeasuredCallback* const seen = measured(index);
   if (seen == nullptr) return {};
-  std::uint64_t explained = 0;
-  // The executions that a join explains: as many as its rarest input has.
-  std::optional<std::uint64_t> joined;
-  bool are_senders_known = measured_->lost_executions == 0, has_senders_outside = false;
-  const std::set<std::size_t> once(topics_.senders(index).begin(), topics_.senders(index).end());
-  for (const std::size_t from : once) {
-    for (const analysis::Output& output : model_.system.callbacks[from].outputs) {
-      if (output.to != index) continue;
-      const MeasuredCallback* const sender = measured(from);
-      are_senders_known = are_senders_known && sender != nullptr;
-      has_senders_outside = has_senders_outside || process_of(from) != process_of(index);
-      if (sender == nullptr) continue;
-      const analysis::Count messages = output.waits ? joined_.at(index) : output.messages;
-      const std::uint64_t sent = sender->executions * static_cast<std::uint64_t>(messages);
-      if (output.waits) {
-        joined = std::min(joined.value_or(sent), sent);
-      } else {
-        explained += sent;
-      }
-    }
-  }
-  explained += joined.value_or(0);
   // A trace has no causes from other processes: messages from there appear uncaused.
-  const std::uint64_t uncaused = has_senders_outside ? 0 : seen->uncaused;
-  if (are_senders_known && seen->executions - uncaused + seen->dropped > explained) {
+  const std::uint64_t uncaused = senders_elsewhere(index).empty() ? seen->uncaused : 0;
+  const auto known = explained(index);
+  if (known && seen->executions - uncaused + seen->dropped > *known) {
     return measured_arrivals(*seen);
   }
   MeasuredCallback rest{.executions = uncaused, .least_distances = seen->uncaused_distances};
@@ -166,6 +145,23 @@ void ModelBuilder::compare_arrivals(std::size_t index, const ArrivalCurve& promi
   }
 }
 
+// More than the senders in the file explain came from outside, in all of the run.
+void MeasuredRun::compare_number(std::size_t index, const ArrivalCurve& promised,
+                                 const StatedArrival& stated) {
+  const MeasuredCallback& seen = *measured(index);
+  const auto known = explained(index);
+  const Nanoseconds length = std::max(measured_->duration, measured_->total_duration);
+  if (!known || length == Nanoseconds::zero() || seen.executions <= *known) return;
+  const std::uint64_t others = seen.executions - *known;
+  const auto most = promised.most(length.count() + length.count() / 10);
+  if (others <= static_cast<std::uint64_t>(most) + 1) return;
+  assume_of(index, "as_declared",
+            fmt::format("{} messages came to {{}} from outside in the measured run, but its {} "
+                        "allows no more than {}",
+                        others, stated.key, most),
+            declared_at(stated.where), Assumption::State::refuted);
+}
+
 ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const StatedArrival& stated) {
   const bool has_senders = !topics_.senders(index).empty();
   const ArrivalDescription& arrival = stated.arrival;
@@ -184,8 +180,12 @@ ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const StatedArri
           : ArrivalCurve::by_distances(times_of(arrival.distances));
   for (const std::size_t each : topics_.of(index).receivers) {
     const MeasuredCallback* const seen = measured(each);
+    if (seen == nullptr) continue;
     // A trace has no causes of other processes, so these may be messages of the file.
-    if (seen == nullptr || !senders_elsewhere(each).empty()) continue;
+    if (!senders_elsewhere(each).empty()) {
+      compare_number(each, curve, stated);
+      continue;
+    }
     const bool is_alone = topics_.senders(each).empty();
     compare_arrivals(index, curve, is_alone ? seen->least_distances : seen->uncaused_distances,
                      stated.key);
@@ -211,7 +211,12 @@ void ModelBuilder::add_way_from_outside(std::size_t index) {
   const auto delay = description_.delays.find(end->topic());
   if (delay != description_.delays.end())
     facts.longest_way = std::max(facts.longest_way, delay->second.longest);
-  if (!is_closed()) limit_depth(index);
+  if (is_closed()) return;
+  limit_depth(index);
+  if (end->qos().reliability == Reliability::best_effort) {
+    facts.best_effort = fmt::format(
+        "messages on '{}' come from outside, and `best_effort` may lose them", end->topic());
+  }
 }
 
 // The arrivals at a callback, without messages from callbacks of the system; nullopt: none.

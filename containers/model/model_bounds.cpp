@@ -8,6 +8,7 @@
 
 #include "takt/base/counted.hpp"
 #include "takt/containers/model/join_losses.hpp"
+#include "takt/containers/model/model_builder.hpp"
 #include "takt/containers/model/system_model.hpp"
 #include "takt/transport/dds/most_received.hpp"
 
@@ -206,7 +207,7 @@ void find_losses(const SystemModel& model, const ModelBounds& bounds,
   for (const std::size_t callback : path) {
     Loss loss = loss_at(model, bounds, callback);
     const std::string& best_effort = model.callbacks[callback].best_effort;
-    if (callback != path.front() && !best_effort.empty()) loss = {best_effort, 0};
+    if (!best_effort.empty()) loss = {best_effort, 0};
     result.one_of = analysis::times(result.one_of, loss.one_of);
     if (result.why_lossy.empty()) result.why_lossy = loss.why;
   }
@@ -249,11 +250,16 @@ bool has_joins(const analysis::System& system) {
 
 }  // namespace
 
+analysis::Time longest_bound(const SystemModel& model) {
+  Nanoseconds longest = std::chrono::milliseconds(100);
+  for (const auto& chain : model.chains) longest = std::max(longest, chain.deadline);
+  for (const auto& callback : model.callbacks) longest = std::max(longest, callback.period);
+  return 10 * longest.count();
+}
+
 ModelBounds analyze(const SystemModel& model) {
-  analysis::Time longest = std::chrono::nanoseconds(std::chrono::milliseconds(100)).count();
-  for (const auto& chain : model.chains) longest = std::max(longest, chain.deadline.count());
-  for (const auto& callback : model.callbacks) longest = std::max(longest, callback.period.count());
-  ModelBounds bounds{bounds_of(model, model.system, 10 * longest), {}};
+  const analysis::Time limit = longest_bound(model);
+  ModelBounds bounds{bounds_of(model, model.system, limit), {}};
   // A fixed point: losses depend on bounds, and the bounds of joins grow with losses.
   analysis::System system = model.system;
   for (bool has_changed = has_joins(system); std::exchange(has_changed, false);) {
@@ -261,7 +267,7 @@ ModelBounds analyze(const SystemModel& model) {
       if (system.callbacks[i].may_lose || !may_lose(model, bounds, i)) continue;
       system.callbacks[i].may_lose = has_changed = true;
     }
-    if (has_changed) bounds.all = bounds_of(model, system, 10 * longest);
+    if (has_changed) bounds.all = bounds_of(model, system, limit);
   }
   for (const SystemModel::Chain& chain : model.chains) {
     ModelBounds::Chain& result = bounds.chains.emplace_back();

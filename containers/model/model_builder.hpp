@@ -163,6 +163,13 @@ class ModelParts {
 double execution_scale(const SystemDescription& description, const Node& node,
                        const std::string& callback);
 
+/// A longer bound counts as none: it fits the deadlines and periods of the model.
+analysis::Time longest_bound(const SystemModel& model);
+
+/// Throws Error: this callback or chain of the model cannot be of the system.
+[[noreturn]] void refuse_model(const MeasuredModel& model, const std::string& entry,
+                               const std::string& what);
+
 /// Finds the assumptions under which the measured run applies.
 /// Thread safety: none. Real-time: no.
 class MeasuredRun : public ModelParts {
@@ -170,6 +177,10 @@ class MeasuredRun : public ModelParts {
   using ModelParts::ModelParts;
 
  protected:
+  void compare_timers() const;
+  void compare_number(std::size_t callback, const analysis::ArrivalCurve& promised,
+                      const StatedArrival& stated);
+  std::optional<std::uint64_t> explained(std::size_t callback) const;
   void add_assumptions_of_model();
 
  private:
@@ -242,6 +253,7 @@ class ChainFinder : public AssumptionFinder {
   void add_chains();
 
  private:
+  void compare_instances(const SystemModel::Chain& chain, std::size_t last) const;
   void count_begun(const std::vector<std::size_t>& path, SystemModel::Chain& chain) const;
   analysis::Time delay_before(std::size_t first);
   std::string why_nothing_comes(const std::vector<std::size_t>& path);
@@ -260,6 +272,7 @@ class ModelBuilder : public ChainFinder {
     set_overheads();
     add_callbacks();
     add_unknown_callbacks();
+    compare_timers();
     place_threads();
     link();
     for (std::size_t i = 0; i < callbacks_.size(); ++i) {

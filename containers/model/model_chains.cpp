@@ -70,6 +70,7 @@ void ChainFinder::add_chains() {
           "of how often they run; state its `arrival`",
           to_string(Chain::Step{node, name}));
     }
+    if (chain.why_not.empty() && !path.empty()) compare_instances(chain, path.back());
     chain.is_dropped = std::exchange(finds_dropped_, false) && !chain.why_not.empty();
     if (!path.empty()) chain.delay = delay_before(path.front());
     count_begun(path, chain);
@@ -77,6 +78,16 @@ void ChainFinder::add_chains() {
     if (chain.why_not.empty()) model_.system.chains.push_back({chain.name, std::move(path)});
     model_.chains.push_back(std::move(chain));
   }
+}
+
+// What has come through has ended with an execution of the last callback.
+void ChainFinder::compare_instances(const SystemModel::Chain& chain, std::size_t last) const {
+  const MeasuredCallback* const end = measured(last);
+  if (end == nullptr || end->executions == 0 || chain.came_through <= end->executions) return;
+  refuse_model(*measured_, chain.name,
+               fmt::format("{} of its instances came through, and '{}' was executed {} "
+                           "times",
+                           chain.came_through, end->name, end->executions));
 }
 
 void ChainFinder::count_begun(const std::vector<std::size_t>& path,

@@ -31,6 +31,19 @@ analysis::Time copying(const MachineDescription& machine, std::size_t bytes) {
   return whole_time(megabytes * static_cast<double>(machine.publish_megabyte.count()));
 }
 
+// By executor. To wake up is to be changed to, which a `wake` that is measured has in it: it pays
+// for more than that if its bounds say so.
+std::vector<bool> pay_changes(const SystemModel& model, bool is_wake_stated) {
+  const std::vector<bool> all(model.system.executors.size(), true);
+  if (is_wake_stated || model.system.overheads.wake == 0) return all;
+  try {
+    return analysis::pays(model.system, &analysis::Overheads::context_switch,
+                          {.methods = {}, .limit = longest_bound(model)});
+  } catch (const analysis::TooManyPaths&) {
+    return all;  // there will be no bound
+  }
+}
+
 }  // namespace
 
 MachineFacts facts_of_kernel() {
@@ -341,17 +354,12 @@ void AssumptionFinder::assume_overhead(const char* what, analysis::Time time, Na
 void AssumptionFinder::add_overheads() {
   const analysis::Overheads& overheads = model_.system.overheads;
   const MachineDescription& stated = description_.machine;
-  const auto& executors = model_.system.executors;
   assume_overhead("an executor's way to its next callback", overheads.dispatch, stated.dispatch,
                   {});
   assume_overhead("waking a thread", overheads.wake, stated.wake, {});
-  for (std::size_t i = 0; i < executors.size(); ++i) {
-    bool shares = !analysis::rivals(model_.system, i).empty() || executors[i].reservation;
-    for (std::size_t other = 0; !shares && other < executors.size(); ++other) {
-      const auto before = analysis::rivals(model_.system, other);
-      shares = std::find(before.begin(), before.end(), i) != before.end();
-    }
-    if (!shares) continue;
+  const std::vector<bool> pay = pay_changes(model_, stated.wake != Nanoseconds::zero());
+  for (std::size_t i = 0; i < pay.size(); ++i) {
+    if (!pay[i]) continue;
     assume_overhead("a change from thread to thread", overheads.context_switch, stated.change, i);
   }
   for (std::size_t i = 0; i < callbacks_.size(); ++i) {
@@ -422,7 +430,7 @@ void AssumptionFinder::add_overheads_of_sending(std::size_t callback) {
   if (stated.publish.count() == 0) return;
   const auto sent = said_to_send(callback);
   const bool is_charged = stated.publish_megabyte.count() != 0;
-  if (!sent || (leaves && !is_charged && sent->bytes > kFewBytes)) {
+  if (!sent || (!is_charged && sent->bytes > kFewBytes)) {
     assume_overhead("sending more than a small message", 0, {}, executor);
   }
   if (sent && !is_charged && sent->written > kFewBytes) {

@@ -15,6 +15,53 @@ namespace takt {
 
 using State = Assumption::State;
 
+void refuse_model(const MeasuredModel& model, const std::string& entry, const std::string& what) {
+  const auto line = model.lines.find(entry);
+  throw Error(fmt::format("'{}' contradicts the system: {}", entry, what),
+              "correct it, or measure this system",
+              line != model.lines.end() ? line->second : model.path);
+}
+
+// Nothing but time makes a timer ready.
+void MeasuredRun::compare_timers() const {
+  for (std::size_t i = 0; measured_ != nullptr && i < callbacks_.size(); ++i) {
+    const MeasuredCallback* const seen = measured(i);
+    if (seen == nullptr || callbacks_[i]->entity->kind() != EntityKind::timer) continue;
+    if (seen->uncaused != 0) {
+      refuse_model(*measured_, seen->name,
+                   "it is a timer, which has no executions that are 'uncaused'");
+    }
+    for (const MeasuredCallback& from : measured_->callbacks) {
+      if (!from.causes.contains(seen->name)) continue;
+      refuse_model(*measured_, from.name, fmt::format("it 'causes' '{}', a timer", seen->name));
+    }
+  }
+}
+
+// How many executions of the callback its senders in the system explain, by what they have sent;
+// nullopt: not all of them are known.
+std::optional<std::uint64_t> MeasuredRun::explained(std::size_t index) const {
+  if (measured_->lost_executions != 0) return {};
+  std::uint64_t result = 0;
+  std::optional<std::uint64_t> joined;  // by a join, as many as its rarest input has
+  const std::set<std::size_t> once(topics_.senders(index).begin(), topics_.senders(index).end());
+  for (const std::size_t from : once) {
+    const MeasuredCallback* const sender = measured(from);
+    if (sender == nullptr) return {};
+    for (const analysis::Output& output : model_.system.callbacks[from].outputs) {
+      if (output.to != index) continue;
+      const analysis::Count messages = output.waits ? joined_.at(index) : output.messages;
+      const std::uint64_t sent = sender->executions * static_cast<std::uint64_t>(messages);
+      if (output.waits) {
+        joined = std::min(joined.value_or(sent), sent);
+      } else {
+        result += sent;
+      }
+    }
+  }
+  return result + joined.value_or(0);
+}
+
 void MeasuredRun::find_executors_then() {
   static const MeasuredExecutor kUnknown;
   std::map<std::string_view, const MeasuredExecutor*> known;

@@ -218,7 +218,7 @@ void ModelBuilder::add_threads(const ModelledProcess& process,
 }
 
 void ModelBuilder::place_threads() {
-  std::vector<ThreadAttributes> wanted;
+  std::vector<ThreadAttributes> wanted = reserved_threads(description_, processes_.size());
   for (const ModelledThread& thread : threads_) wanted.push_back(thread.attributes);
   check_reservations(wanted, description_.machine, description_.file);
   const bool has_rights = description_.realtime != Realtime::off;

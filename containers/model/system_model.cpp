@@ -51,6 +51,16 @@ bool is_expiry(const Entity& entity, const Node& node) {
   });
 }
 
+/// How long work takes on a CPU of that speed. All times of a callback are work, but for what the
+/// clock measures: `waits`, and a `budget`, whose promise is the same on each CPU.
+analysis::Time by_clock(Nanoseconds work, double speed) {
+  return whole_time(static_cast<double>(work.count()) / speed);
+}
+
+Nanoseconds work_in(Nanoseconds time, double speed) {
+  return Nanoseconds(static_cast<Nanoseconds::rep>(static_cast<double>(time.count()) * speed));
+}
+
 }  // namespace
 
 // ---- Callbacks ----
@@ -110,18 +120,16 @@ void ModelBuilder::set_execution(std::size_t index) {
   const auto [slowest, fastest] = speeds_of(described.executor);
   // The speed of the CPU of the run is not known: a measured time counts as of the slowest, a lower
   // bound.
-  const Nanoseconds shown =
-      seen == nullptr ? Nanoseconds::zero()
-                      : Nanoseconds(static_cast<Nanoseconds::rep>(
-                            static_cast<double>(seen->longest_execution.count()) * slowest));
-  const Nanoseconds known = std::max(exact, shown);
+  const Nanoseconds seen_by_clock = seen != nullptr ? seen->longest_execution : Nanoseconds{0};
+  const Nanoseconds shown = work_in(seen_by_clock, slowest);
+  const Nanoseconds known_by_clock = std::max(Nanoseconds(by_clock(exact, slowest)), seen_by_clock);
   Nanoseconds least{0}, longest{0};
   if (callback.described.execution) {
     facts.execution = Provenance::declared;
     longest = std::max(callback.described.execution->longest, shown);
     least = callback.described.execution->least;
     compare_execution(said.value_or(Nanoseconds::zero()), shown, index);
-  } else if (budget && *budget >= known) {
+  } else if (budget && *budget >= known_by_clock) {
     facts.execution = Provenance::promised;
     longest = *budget;
   } else if (seen != nullptr && seen->longest_execution != Nanoseconds::zero()) {
@@ -136,23 +144,25 @@ void ModelBuilder::set_execution(std::size_t index) {
     longest = exact;
     if (says_all(index)) least = *said;  // a callback of another class may send before its end
   }
-  if (budget && *budget < known) {
+  if (budget && *budget < known_by_clock) {
     assume({.id = "budgets_hold",
             .state = Assumption::State::refuted,
             .text = fmt::format("the budget of {{}}, {}, is less than its execution time, {}, "
                                 "which counts",
-                                to_string(*budget), to_string(known)),
+                                to_string(*budget), to_string(known_by_clock)),
             .name = "'" + described.name + "'",
-            .source = shown == known ? measured_source() : "its component",
+            .source = seen_by_clock == known_by_clock ? measured_source() : "its component",
             .executor = described.executor});
   }
   if (!callback.described.publishes_at_end) least = Nanoseconds::zero();
   const double scale = execution_scale(description_, *callback.node, described.name);
   if (scale != 1 && facts.execution == Provenance::exact) facts.execution = Provenance::declared;
   // Whole nanoseconds at speed 1, like the work in a simulation.
-  const double work = std::ceil(scale * static_cast<double>(longest.count()));
+  const Nanoseconds scaled(whole_time(scale * static_cast<double>(longest.count())));
   const double least_work = std::floor(scale * static_cast<double>(least.count()));
-  described.execution = std::max<analysis::Time>(1, whole_time(work / slowest));
+  const bool is_work = facts.execution != Provenance::promised;
+  described.execution =
+      std::max<analysis::Time>(1, is_work ? by_clock(scaled, slowest) : scaled.count());
   described.least_execution =
       std::min(described.execution, whole_time(std::floor(least_work / fastest)));
   if (facts.execution != Provenance::unknown) add_waits(index);

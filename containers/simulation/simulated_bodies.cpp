@@ -124,6 +124,7 @@ SimulatedBodies::Callback SimulatedBodies::described(const ModelledProcess::Call
                   .is_known = provenance != Provenance::unknown,
                   .runs = component != nullptr || running_ != nullptr,
                   .says_itself = said && provenance == Provenance::exact,
+                  .is_by_clock = provenance == Provenance::promised,
                   .joins = false,
                   .sent = {},
                   .steps = {}};
@@ -227,7 +228,7 @@ void SimulatedBodies::run_body(const Callback& callback, Entity& entity, Slot& s
   if (!callback.is_known && unknown_.empty()) unknown_ = callback.name;
   Nanoseconds time = time_of(callback);
   if (faults_.strikes(entity, Fault::Kind::slow)) time += (Fault::kSlowdown - 1) * callback.longest;
-  if (time != Nanoseconds::zero()) clock_.work(time);
+  if (time != Nanoseconds::zero()) callback.is_by_clock ? clock_.occupy(time) : clock_.work(time);
   if (callback.waits != Nanoseconds::zero())
     clock_.occupy(drawn(Nanoseconds::zero(), callback.waits));
   if (faults_.strikes(entity, Fault::Kind::throws)) {

@@ -94,7 +94,8 @@ class SimulatedBodies final : public ExecutionModel {
     Nanoseconds besides{0};            // the cost of sending
     Nanoseconds waits{0};              // the longest one
     bool is_known = false, runs = false, says_itself = false;
-    bool joins = false;  // it is an input of a join
+    bool is_by_clock = false;  // takes as long on each CPU
+    bool joins = false;        // it is an input of a join
     std::vector<Sent> sent;
     std::vector<Step> steps;
   };

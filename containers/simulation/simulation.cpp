@@ -2,7 +2,6 @@
 #include "takt/containers/simulation/simulation.hpp"
 
 #include <algorithm>
-#include <array>
 #include <functional>
 #include <map>
 #include <set>
@@ -32,12 +31,6 @@ namespace {
                          const std::string& instead, const SourceLine& where = {}) {
   throw Error(fmt::format("cannot simulate {}", what), instead,
               where.empty() ? system.file : where);
-}
-
-bool is_of_container(const std::string& thread) {
-  constexpr std::array kNames{"main",     "log",       "watchdog", "container",
-                              "requests", "lifecycle", "loader",   "lttng"};
-  return std::find(kNames.begin(), kNames.end(), thread) != kNames.end();
 }
 
 }  // namespace
@@ -146,7 +139,7 @@ void Simulation::take_machine() {
              "correct its affinity, or `machine: cpus`", thread.where);
     }
   }
-  check_reservations(threads_of_executors(system_), system_.machine, system_.file);
+  check_reservations(described_threads(system_), system_.machine, system_.file);
 }
 
 void Simulation::leave_out_surroundings() {
@@ -177,7 +170,7 @@ void Simulation::leave_out_surroundings() {
   std::vector<std::string> left_out;
   for (ThreadDescription& thread : system_.threads) {
     std::string& name = thread.attributes.name;
-    if (!is_of_container(name) || used.contains(name)) continue;
+    if (!is_reserved_name(name) || used.contains(name)) continue;
     if (is_realtime(thread.attributes.policy)) left_out.push_back("'" + name + "'");
     name += " (not simulated)";
   }

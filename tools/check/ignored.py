@@ -13,7 +13,7 @@ import sys
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../..")
 TABLE = "containers/model/coverage.cpp"
-TESTS = "Assumptions.*:Guarantee.*:SystemModel.*:Traps.*:CodeTraps.*:Keys.*"
+TESTS = "Assumptions.*:Guarantee.*:SystemModel.*:Traps.*:CodeTraps.*:Keys.*:CpuTraps.AChain*"
 # What only an iRobot workload has: its keys become parameters of takt::Workload, whose tests see them.
 WORKLOAD = {"a node", "a publisher", "a subscriber", "a client", "a server"}
 # Neither a key of the file nor a figure of a model, which the tests can pass over.
@@ -21,8 +21,8 @@ OTHERS = {"QoS", "publisher options", "trigger options", "thread attributes", "c
           "a scheduler type", "a kind of entity", "a reserved thread", "change"}
 # Not tried: that needs keys of openssl. What is not covered is looked up in one way, see AnExecutorOfALibraryIsNotCovered.
 UNTRIED = {"dds: security", "a wait back end: library", "the file: wait_backends"}
-# Compared by the command, before there is a model.
-OF_COMMAND = {"a measured model: file", "a measured model: machine", "a measured model: executors",
+# Compared by the command, or when it is read, before there is a model.
+OF_COMMAND = {"a measured model: total_duration", "a measured model: file", "a measured model: machine", "a measured model: executors",
               "a measured model: components", "a measured model: settings"}
 FIXED = ["the file: accept", "the file: realtime", "memory: lock", "a thread: policy", "a thread: priority", "dds: discovery",
          "a topic: reliability", "a topic: lifespan", "a topic: delay", "an executor: let", "an executor: early_wake",

@@ -273,11 +273,11 @@ void ExecutorReader::read_executor(const Value& value) {
 }
 
 // Checks that concern the threads of all executors together.
-void ExecutorReader::check_threads(const Value& executors) {
+void ExecutorReader::check_threads(const Value& where) {
   if (errors_.size() != 0) return;
-  errors_.passes(executors.line,
-                 [this] { check_reservations(threads_of_executors(system_), system_.machine); });
-  if (errors_.size() == 0) errors_.passes(executors.line, [this] { check_spinning_threads(); });
+  errors_.passes(where.line,
+                 [this] { check_reservations(described_threads(system_), system_.machine); });
+  if (errors_.size() == 0) errors_.passes(where.line, [this] { check_spinning_threads(); });
 }
 
 void ExecutorReader::check_spinning_threads() {

@@ -52,11 +52,12 @@ void MachineReader::read_overheads(const Value& value) {
   read_map(
       value, "overheads",
       {{"dispatch", "Before each callback.", into_duration(machine.dispatch, [] {})},
-       {"wake", "To wake a sleeping thread and change to it: the most by which a timer is late.",
+       {"wake",
+        "To wake a sleeping thread: the most by which a timer is late, without the `switch` to the "
+        "thread, which counts besides. That of a model has both in it.",
         into_duration(machine.wake, [] {})},
        {"switch",
-        "From one thread to another: twice for each preemption, and beside `wake` once more for "
-        "each that wakes.",
+        "From one thread to another: once for each that wakes, twice for each preemption.",
         into_duration(machine.change, [] {})},
        {"publish",
         "To send a message, and as much again to take one of another process, for callbacks "

@@ -72,7 +72,7 @@ class ExecutorReader : private KeyReader {
   void read_scheduler(const Value& scheduler);
   void read_wait_backend(const Value& backend);
   void read_executor(const Value& executor);
-  void check_threads(const Value& executors);
+  void check_threads(const Value& where);
 
  private:
   using Threads = std::vector<ThreadAttributes>;  // one for each name in an executor's list

@@ -1,5 +1,7 @@
 // takt check: validates files.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "takt/base/counted.hpp"
@@ -14,10 +16,28 @@ namespace takt::tools::check_command {
 
 namespace {
 
+/// What the file alone does not tell.
+void note_what_is_not_counted(const SystemDescription& system) {
+  for (const ExecutorDescription& executor : system.executors) {
+    const bool has_reservations =
+        std::any_of(executor.threads.begin(), executor.threads.end(), [&](const auto& name) {
+          const ThreadDescription* const thread = find_thread(system, name);
+          return thread != nullptr && thread->attributes.policy == ThreadPolicy::deadline;
+        });
+    if (executor.per != Isolation::group || !has_reservations) continue;
+    rt::to_stderr(
+        "note: how many groups of '{}' have a thread, and so a reservation, only their nodes know: "
+        "--construct counts them\n",
+        executor.name);
+  }
+}
+
 /// Errors that a constructor shows, of all processes of the file.
 void construct(const SystemDescription& system, std::vector<std::string>& errors) {
-  for (SystemDescription& process : split(system, Composition::file)) {
-    const std::vector<std::string> more = errors_of_construction(std::move(process));
+  std::vector<SystemDescription> processes = split(system, Composition::file);
+  for (SystemDescription& process : processes) {
+    const std::vector<std::string> more =
+        errors_of_construction(std::move(process), processes.size() == 1);
     errors.insert(errors.end(), more.begin(), more.end());
   }
 }
@@ -38,6 +58,8 @@ void check(const std::vector<std::string>& files, bool constructs) {
         const std::size_t before = errors.size();
         construct(system, errors);
         if (errors.size() != before) continue;
+      } else {
+        note_what_is_not_counted(system);
       }
       rt::print("{}: valid: {}, {}, {}\n", file,
                 counted(system.components.size(), is_of_program ? "node" : "component"),

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -95,6 +96,7 @@ class Extraction {
     add_overheads(trace);
     add_chains(trace.about.at("chains"));
     const Nanoseconds duration(std::llround(trace.about.at("duration_s").get<double>() * 1e9));
+    durations_.push_back(duration);
     if (model.duration == Nanoseconds::zero() || duration < model.duration) {
       model.duration = duration;
     }
@@ -103,6 +105,9 @@ class Extraction {
   void finish() {
     model.dispatch_overhead = overhead_of(dispatches_);
     model.wake_overhead = overhead_of(wakes_);
+    if (durations_.size() > 1)
+      model.total_duration =
+          std::accumulate(durations_.begin(), durations_.end(), Nanoseconds::zero());
     seen_.erase(kRemoved);
     for (auto& [name, seen] : seen_) {
       seen.causes.erase(kRemoved);
@@ -306,7 +311,7 @@ class Extraction {
   }
 
   std::map<std::string, Seen> seen_;
-  Times dispatches_, wakes_;
+  Times dispatches_, wakes_, durations_;
 };
 
 }  // namespace

@@ -241,6 +241,7 @@ TEST(Extraction, TakesTheWorstOfSeveralTraces) {
   EXPECT_EQ(model.callbacks[0].longest_execution, 3ms);
   EXPECT_EQ(model.callbacks[0].least_distances[0], 2ms);
   EXPECT_EQ(model.duration, 5s);
+  EXPECT_EQ(model.total_duration, 15s);
   ASSERT_EQ(model.chains.size(), 1u);
   EXPECT_EQ(model.chains[0].instances, 7u);
   EXPECT_EQ(model.chains[0].median, 1500ns);

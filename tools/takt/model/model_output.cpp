@@ -86,6 +86,7 @@ ordered_json document(const MeasuredTimes& overhead) {
 ordered_json document(const MeasuredModel& model) {
   ordered_json result{{"file", model.file}, {"machine", model.machine}};
   add_time(result, "duration", model.duration);
+  add_time(result, "total_duration", model.total_duration);
   result["margin"] = model.margin;
   if (model.lost_executions != 0) result["lost_executions"] = model.lost_executions;
   ordered_json overheads;

@@ -18,6 +18,7 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/error.hpp"
 #include "takt/containers/container.hpp"
+#include "takt/containers/model/system_model.hpp"
 
 #include "run/child_output.hpp"
 #include "run/live_line.hpp"
@@ -32,10 +33,15 @@ constexpr auto kMostTime = std::chrono::milliseconds(30000);
 /// The child writes it last: it ended neither before nor by itself.
 constexpr char kDone = '\0';
 
-/// In the child. One line for each error.
-std::string construct(const SystemDescription& process) {
+/// In the child. One line for each error. Of a whole system the analysis finds more: what its nodes
+/// make does not fit the file.
+std::string construct(const SystemDescription& process, bool is_whole) {
   try {
     const Container container(process);
+    if (is_whole) {
+      const ModelledProcess modelled = container.modelled();
+      make_system_model(process, container.plan().chains, {&modelled, 1});
+    }
     return "";
   } catch (const ConfigurationError& error) {
     return fmt::format("{}\n", fmt::join(error.errors(), "\n"));
@@ -65,7 +71,7 @@ std::string answer_of(pid_t child, int pipe, bool& is_late) {
 
 }  // namespace
 
-std::vector<std::string> errors_of_construction(SystemDescription process) {
+std::vector<std::string> errors_of_construction(SystemDescription process, bool is_whole) {
   if (process.dds) {
     process.dds->discovery = DiscoveryRange::off;
     process.dds->shared_memory = SharedMemory::off;
@@ -81,7 +87,7 @@ std::vector<std::string> errors_of_construction(SystemDescription process) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(1);
     dup2(STDERR_FILENO, STDOUT_FILENO);  // what constructors print is no result of takt
-    const std::string errors = construct(process) + kDone;
+    const std::string errors = construct(process, is_whole) + kDone;
     const ssize_t written = write(pipe_ends[1], errors.data(), errors.size());
     _exit(written == static_cast<ssize_t>(errors.size()) ? 0 : 1);
   }

@@ -12,8 +12,9 @@ namespace takt::tools {
 
 /// The errors of the process's components, none if all could be constructed. No callback runs, and
 /// no other process is discovered. A child that crashes, or takes too long, is an error too.
+/// `is_whole`: it is the only process of its file.
 /// Call it before this process has other threads.
-std::vector<std::string> errors_of_construction(SystemDescription process);
+std::vector<std::string> errors_of_construction(SystemDescription process, bool is_whole);
 
 }  // namespace takt::tools
 

@@ -106,6 +106,15 @@ def check_construction():
     said = run("check", "--construct", "wrong.yaml", status=2).stderr
     check("which --construct finds, with its line", said.startswith("wrong.yaml:1: ") and "no_such" in said, said)
     check("and what is right is valid", "valid: 1 component" in run("check", "--construct", "idle.yaml").stdout)
+    pathlib.Path("groups.yaml").write_text("""
+machine: {cpus: [0], rt_runtime: 950ms}
+threads: {t: {policy: SCHED_DEADLINE, runtime: 3ms, period: 10ms}}
+executors: {e: {type: isolated, per: group, threads: [t]}}
+container: {components: [{component: takt::Workload, name: x, executor: e, parameters: {relays: {input: [a, b, c, d], output: [b, c, d, f]}}}]}
+""", encoding="utf-8")
+    check("how many groups there are the file does not say", "--construct counts them" in run("check", "groups.yaml").stderr)
+    said = run("check", "--construct", "groups.yaml", status=2).stderr
+    check("and --construct refuses what the analysis would", "SCHED_DEADLINE threads reserve 1.2 CPUs, of 0.95" in said, said)
     text = f"container: {{components: [{{component: Witness, library: {witness}, name: ends}}]}}\n"
     pathlib.Path("ends.yaml").write_text(text, encoding="utf-8")
     environment["WITNESS"] = os.getcwd()
