@@ -46,7 +46,9 @@ std::string construct(const SystemDescription& process, bool is_whole) {
   } catch (const ConfigurationError& error) {
     return fmt::format("{}\n", fmt::join(error.errors(), "\n"));
   } catch (const std::exception& error) {
-    return fmt::format("{}: {}\n", process.file, error.what());
+    const std::string what = error.what();  // it may begin with its line
+    return what.starts_with(process.file) ? what + "\n"
+                                          : fmt::format("{}: {}\n", process.file, what);
   } catch (...) {
     return fmt::format("{}: a component threw an object that is not a std::exception\n",
                        process.file);
