@@ -138,7 +138,7 @@ struct ExecutorOptions {
   /// A thread that finds nothing looks for arrivals for this long before it sleeps: what comes
   /// meanwhile has no wake-up latency, at the cost of this CPU time per sleep. At most kMostSpin,
   /// or kSpinAlways: it never sleeps, which needs a CPU of its own. In a pool one thread at a time
-  /// does so. Under a manual clock it takes no time.
+  /// does so. Under a manual clock without virtual CPUs it takes no time.
   Nanoseconds spin{0};
   /// Wake-up slack for timers: a thread that sleeps until a release wakes up this much earlier, and
   /// spins until then. At most kMostSpin.

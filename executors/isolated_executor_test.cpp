@@ -12,6 +12,7 @@
 #include "takt/entities/callback_list.hpp"
 #include "takt/executors/conformance/conformance.hpp"
 #include "takt/executors/watchdog.hpp"
+#include "takt/testing/sanitized.hpp"
 
 namespace takt::conformance {
 namespace {
@@ -130,7 +131,7 @@ TEST_P(IsolatedThreads, WhoAsksMeanwhileDestroysNoNode) {
       while (!end.stop_requested()) (void)executor_->pending();
     });
   }
-  for (int round = 0; round < 1000; ++round) {
+  for (int round = 0; round < 1000 / int{kFewerSanitized}; ++round) {
     std::atomic<std::thread::id> ended_on{};
     auto guest = std::make_shared<Guest>(ended_on);
     auto guard = guest->create_guard_condition("guard", [] {});

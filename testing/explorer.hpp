@@ -42,11 +42,6 @@ inline constexpr const char* kNoContexts = "the thread sanitizer does not know u
 #else
 inline constexpr const char* kNoContexts = nullptr;
 #endif
-#if defined(__SANITIZE_ADDRESS__)
-inline constexpr int kFewer = 1;  // preemptions, because each run takes longer
-#else
-inline constexpr int kFewer = 0;
-#endif
 
 class Explorer {
  public:

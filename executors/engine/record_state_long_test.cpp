@@ -287,7 +287,7 @@ void explore(const Scenario& scenario) {
   std::map<std::string, int> wrong;
   Explorer explorer;
   const std::size_t schedules = explorer.explore(
-      scenario.preemptions - kFewer,
+      scenario.preemptions,
       [&] {
         life = std::make_unique<Life>(scenario.publishers, scenario.own, scenario.is_reentrant);
         if (scenario.removers != 0) life->claim(scenario.removers);

@@ -5,17 +5,14 @@
 #include <rapidcheck.h>
 
 #include "takt/executors/sequences/programs.hpp"
+#include "takt/testing/sanitized.hpp"
 
 namespace takt::sequences {
 namespace {
 
-#ifdef __SANITIZE_THREAD__
-constexpr int kPrograms = 200;  // each takes twenty times as long
-constexpr const char* kRapidcheck = "seed=15 max_success=50";
-#else
-constexpr int kPrograms = 1000;
-constexpr const char* kRapidcheck = "seed=15 max_success=500";
-#endif
+constexpr int kPrograms = 1000 / kFewerSanitized;
+constexpr const char* kRapidcheck =
+    kFewerSanitized == 1 ? "seed=15 max_success=500" : "seed=15 max_success=50";
 
 std::string run_takt(const Bytes& bytes) {
   Api api;

@@ -183,7 +183,7 @@ void explore(std::size_t announcing, std::size_t sleeping, int timeouts, int pre
   std::size_t lost = 0;
   Explorer explorer;
   const std::size_t schedules = explorer.explore(
-      preemptions - kFewer,
+      preemptions,
       [&] {
         scene = std::make_unique<Scene>();
         Explorer::Bodies bodies;

@@ -61,7 +61,7 @@ with tempfile.TemporaryDirectory() as folder:
     elsewhere = subprocess.run(["taskset", "-c", one, "nice", takt, *words], env=environment, text=True, capture_output=True, timeout=120)
     check("a simulation is the same elsewhere", first[1] == elsewhere.stdout and first[1].count("chain_"), first, elsewhere.stderr)
     write_eight("eight.yaml")
-    words = ["simulate", "eight.yaml", "--runs", "4", "--duration", "500ms", "--json", "-"]
+    words = ["simulate", "eight.yaml", "--runs", "4", "--duration", "200ms", "--json", "-"]
     eight = run(*words)
     check("eight CPUs in two processes", eight[0] == 0 and json.loads(eight[1])["simulated"]["cpus"] == list(range(8)) and
           all(chain["instances"] > 0 for chain in json.loads(eight[1])["runs"][0]["chains"]), eight)
