@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The page of rclcpp's elements, from the row above each check in rclcpp/elements.
+"""The page of rclcpp's elements, from the row above each check in rclcpp/elements, and the packages that are refused.
 
     // Row: `Node`, `NodeOptions` | what is to be said of it
     void nodes() { ... }
@@ -11,9 +11,11 @@ import dataclasses
 import pathlib
 import re
 import sys
+import textwrap
 
 PAGE = "docs/reference/rclcpp.md"
 FOLDER = "rclcpp/elements/"
+ABSENT = "rclcpp/cmake/absent.cmake"
 FILES = {"supported": ("supported.cpp", "supported_more.cpp"), "differs": ("differs.cpp",), "refused": ("refused.cpp",)}
 HEADS = {"supported": ("element", "remarks"), "differs": ("element", "here"), "refused": ("element", "instead")}
 HEADING = re.compile(r"// ---- (.+) ----$")
@@ -68,7 +70,8 @@ def page(read):
     for part, names in FILES.items():
         found = [row for name in names for row in rows(read(FOLDER + name))]
         text = text.replace(f"@{part}@", table(part, found))
-    return text
+    names = re.search(r"set\(takt_ros2_absent_never\s+([^)]*)\)", read(ABSENT))[1].split()
+    return text.replace("@packages@", textwrap.fill(", ".join(f"`{name}`" for name in names), 140))
 
 
 if __name__ == "__main__":
