@@ -2,6 +2,7 @@
 #include "takt/containers/container.hpp"
 
 #include <algorithm>
+#include <exception>
 #include <thread>
 
 #include <fmt/format.h>
@@ -119,13 +120,16 @@ void Container::start(std::function<void()> on_failure) {
     dma_latency_.emplace(*setting_->description.cpu_dma_latency_us, setting_->description.realtime);
     setting_->note(dma_latency_->refused());
   }
-  // Run without the attributes of the log thread rather than fail.
   if (setting_->has_thread("log")) {
+    std::exception_ptr refused;
     Logger::instance().run_in_thread([&] {
-      setting_->note(
-          apply(setting_->thread("log"), std::min(setting_->description.realtime, Realtime::prefer))
-              .refused);
+      try {
+        setting_->note(apply(setting_->thread("log"), setting_->description.realtime).refused);
+      } catch (const Error&) {
+        refused = std::current_exception();
+      }
     });
+    if (refused) std::rethrow_exception(refused);
   }
   if (setting_->has_thread("main"))
     setting_->note(apply(setting_->thread("main"), setting_->description.realtime).refused);

@@ -1,5 +1,7 @@
 // Traps that a third author found, who knew only the documents: of CPUs, bands and overruns.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -334,11 +336,47 @@ TEST(CpuTraps, AnOverheadThatCountsAndIsLeftOutIsNamed) {
       const auto longest = found(price, "200us").bound().bound;
       if (!without.bound().bound || longest == without.bound().bound) continue;
       ++counted;
-      EXPECT_NE(without.text_of("overheads_are_zero"), "")
-          << price << " of " << placing.threads << ", " << placing.e;
+      const std::string where = price + " of " + placing.threads + ", " + placing.e;
+      EXPECT_NE(without.text_of("overheads_are_zero"), "") << where;
+      // Nothing else is left out with it: without `wake`, a `switch` did not count at wake-ups.
+      if (price != "message")
+        EXPECT_GE(*without.bound().bound + 1us, *found(price, "1ns").bound().bound) << where;
     }
   }
   EXPECT_GT(counted, 30);
+}
+
+// With `let` it had the bound of `any`.
+TEST(CpuTraps, ATriggerThatMayWaitForEverHasNoBound) {
+  for (const std::string trigger : {"any", "all"}) {
+    const Analyzed found = analyzed(overheads_of(
+        prices_with("", ""), kApart,
+        fmt::format("{{type: triggered, let: 100ms, trigger: {}, threads: [a]}}", trigger),
+        "{type: events, threads: [b]}"));
+    const auto& executors = found.model.system.executors;
+    EXPECT_EQ(std::any_of(executors.begin(), executors.end(),
+                          [](const auto& each) { return each.unknown.starts_with("its trigger"); }),
+              trigger == "all");
+  }
+}
+
+// A `wake` of 1 us was believed beside a run in which none took less than 11.
+TEST(CpuTraps, AnOverheadBelowAllThatWereMeasuredIsRefuted) {
+  const auto refuted = [](const MeasuredModel& run) -> std::string {
+    const Analyzed found =
+        analyzed(overheads_of(prices_with("", ""), kApart, "{type: events, threads: [a]}",
+                              "{type: events, threads: [b]}"),
+                 &run);
+    for (const Assumption& each : found.model.assumptions) {
+      if (each.state == Assumption::State::refuted) return each.text;
+    }
+    return "";
+  };
+  EXPECT_THAT(refuted({.wake_overhead = {.least = 11us, .longest = 20us}}),
+              HasSubstr("longer than stated, each time: waking a thread"));
+  EXPECT_THAT(refuted({.dispatch_overhead = {.least = 2us, .longest = 2us}}),
+              HasSubstr("each time: an executor's way"));
+  EXPECT_EQ(refuted({.wake_overhead = {.least = 2us, .longest = 20us}}), "");
 }
 
 // Without `wake` the model's counts, and of the switches only those beside it.

@@ -38,6 +38,9 @@ inline analysis::Time whole_time(double nanoseconds) {
   return static_cast<analysis::Time>(std::ceil(nanoseconds));
 }
 
+/// Whether nobody has stated the time to wake a thread, but a run has: with the change to it.
+bool is_wake_measured(const MachineDescription& machine, const MeasuredModel* measured);
+
 /// Whether the node is of a class of Takt's that declares everything its callbacks do.
 inline bool says_all(const ModelledProcess::Member& member) {
   return member.is_of_takt &&

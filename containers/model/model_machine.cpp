@@ -33,9 +33,9 @@ analysis::Time copying(const MachineDescription& machine, std::size_t bytes) {
 
 // By executor. To wake up is to be changed to, which a `wake` that is measured has in it: it pays
 // for more than that if its bounds say so.
-std::vector<bool> pay_changes(const SystemModel& model, bool is_wake_stated) {
+std::vector<bool> pay_changes(const SystemModel& model, bool has_wake_changes) {
   const std::vector<bool> all(model.system.executors.size(), true);
-  if (is_wake_stated || model.system.overheads.wake == 0) return all;
+  if (!has_wake_changes) return all;
   try {
     return analysis::pays(model.system, &analysis::Overheads::context_switch,
                           {.methods = {}, .limit = longest_bound(model)});
@@ -356,8 +356,25 @@ void AssumptionFinder::add_overheads() {
   const MachineDescription& stated = description_.machine;
   assume_overhead("an executor's way to its next callback", overheads.dispatch, stated.dispatch,
                   {});
-  assume_overhead("waking a thread", overheads.wake, stated.wake, {});
-  const std::vector<bool> pay = pay_changes(model_, stated.wake != Nanoseconds::zero());
+  const bool is_measured = is_wake_measured(stated, measured_);
+  const bool is_known = is_measured || stated.wake != Nanoseconds::zero();
+  assume_overhead("waking a thread", is_known ? overheads.wake : 0, stated.wake, {});
+  const auto refute = [&](const char* what, Nanoseconds least, analysis::Time counted) {
+    if (least.count() <= counted || counted == 0) return;
+    assume({.id = "as_declared",
+            .state = State::refuted,
+            .text = "in the measured run these took longer than stated, each time: {}",
+            .name = what,
+            .source = declared_at(line_of("a machine", "overheads")),
+            .executor = {}});
+  };
+  if (measured_ != nullptr) {
+    refute("an executor's way to its next callback", measured_->dispatch_overhead.least,
+           stated.dispatch.count());
+    refute("waking a thread", measured_->wake_overhead.least,
+           stated.wake == Nanoseconds::zero() ? 0 : overheads.wake);
+  }
+  const std::vector<bool> pay = pay_changes(model_, is_measured);
   for (std::size_t i = 0; i < pay.size(); ++i) {
     if (!pay[i]) continue;
     assume_overhead("a change from thread to thread", overheads.context_switch, stated.change, i);

@@ -50,14 +50,22 @@ std::optional<Nanoseconds> handled_after(const CallbackParameters& parameters, N
 
 }  // namespace
 
+bool is_wake_measured(const MachineDescription& machine, const MeasuredModel* measured) {
+  return machine.wake == Nanoseconds::zero() && measured != nullptr &&
+         measured->wake_overhead.longest != Nanoseconds::zero();
+}
+
 analysis::Overheads overheads_of(const MachineDescription& machine, const MeasuredModel* measured) {
   analysis::Overheads overheads{.dispatch = machine.dispatch.count(),
                                 .wake = machine.wake.count(),
                                 .context_switch = machine.change.count()};
-  if (overheads.wake != 0) overheads.wake += overheads.context_switch;
-  if (measured == nullptr) return overheads;
-  if (overheads.dispatch == 0) overheads.dispatch = measured->dispatch_overhead.longest.count();
-  if (overheads.wake == 0) overheads.wake = measured->wake_overhead.longest.count();
+  if (measured != nullptr && overheads.dispatch == 0)
+    overheads.dispatch = measured->dispatch_overhead.longest.count();
+  if (is_wake_measured(machine, measured)) {
+    overheads.wake = measured->wake_overhead.longest.count();  // with the change to the thread
+  } else {
+    overheads.wake += overheads.context_switch;
+  }
   return overheads;
 }
 
@@ -67,8 +75,11 @@ void ModelBuilder::set_overheads() {
   // Context switches take longer on a slow CPU: the slowest CPU counts for all.
   double slowest = 1;
   for (const auto& [cpu, speed] : description_.machine.speed) slowest = std::min(slowest, speed);
-  overheads.context_switch = static_cast<analysis::Time>(
+  const auto change = static_cast<analysis::Time>(
       std::ceil(static_cast<double>(overheads.context_switch) / slowest));
+  if (!is_wake_measured(description_.machine, measured_))
+    overheads.wake += change - overheads.context_switch;
+  overheads.context_switch = change;
 }
 
 namespace {
@@ -149,10 +160,10 @@ std::size_t ModelBuilder::part_of(const ModelledProcess& process,
   executor.order = schedulers().traits(scheduler).order;
   executor.is_wait_set = traits.readiness == Readiness::wait_set;
   const TriggerOptions& trigger = description->trigger;
-  if (trigger.let_period > Nanoseconds::zero()) {
-    executor.let_period = trigger.let_period.count();
-  } else if (trigger.kind != TriggerOptions::Kind::any) {
+  executor.let_period = trigger.let_period.count();
+  if (trigger.kind != TriggerOptions::Kind::any) {
     executor.unknown = "its trigger may wait for ever; there are bounds for `any` only";
+  } else if (executor.let_period != 0) {  // a method of its own
   } else if (traits.rule != nullptr && !traits.triggered) {
     executor.unknown = fmt::format("no method knows the rule of type '{}'", description->type);
   } else if (traits.workers != nullptr && !is_preemptive(description->type)) {

@@ -51,9 +51,9 @@ Simulation::Simulation(SystemDescription system, SimulationOptions options)
   });
   refuse_what_differs();
   take_machine();
-  leave_out_surroundings();
-  modelled_ = system_;
+  modelled_ = system_;  // as it is said: what is left out next may decide who sends to whom
   modelled_.machine.speed.clear();
+  leave_out_surroundings();
   processes_ = split(system_, Composition::file);
   for (SystemDescription& process : processes_) {
     process.dds.reset();

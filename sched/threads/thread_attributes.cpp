@@ -160,6 +160,14 @@ RealtimeGrant grant_of_kernel() {
   return result;
 }
 
+// The shortest and the longest period that the kernel admits; older ones have no such settings.
+std::pair<Nanoseconds, Nanoseconds> periods_to_reserve() {
+  std::int64_t least_us = 100, most_us = std::int64_t{1} << 22;
+  std::ifstream("/proc/sys/kernel/sched_deadline_period_min_us") >> least_us;
+  std::ifstream("/proc/sys/kernel/sched_deadline_period_max_us") >> most_us;
+  return {std::chrono::microseconds(least_us), std::chrono::microseconds(most_us)};
+}
+
 // How many CPUs SCHED_DEADLINE threads may reserve in all.
 double cpus_to_reserve() {
   return static_cast<double>(available_cpus().size()) * grant_of_kernel().share();
@@ -274,6 +282,12 @@ void ThreadAttributes::check_reservation() const {
   if (runtime < kLeastRuntime) {
     throw Error(fmt::format("runtime {} is too short", milliseconds(runtime)),
                 fmt::format("give at least {} ns", kLeastRuntime.count()));
+  }
+  if (const auto [least, most] = periods_to_reserve(); period < least || period > most) {
+    throw Error(
+        fmt::format("Linux refuses a period of {}", milliseconds(period)),
+        fmt::format("give one from {} to {}, or set kernel.sched_deadline_period_{}_us",
+                    milliseconds(least), milliseconds(most), period < least ? "min" : "max"));
   }
   if (deadline_of(*this) > period) {
     throw Error(fmt::format("deadline {} is longer than period {}", milliseconds(deadline),

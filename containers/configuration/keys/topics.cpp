@@ -8,7 +8,7 @@ namespace takt {
 
 void TopicReader::read(const Value& value) {
   std::string name;
-  into_topic(name)({value.name, value.line, value.name});
+  if (!is_describing()) into_topic(name)({value.name, value.line, value.name});
   if (!name.empty() && !name.starts_with('/')) {
     errors_.add(value.line, fmt::format("'{}' is not the full name of a topic", name),
                 fmt::format("write '/{}', with its namespaces", name));

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
+#include <exception>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -15,6 +16,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include "takt/base/error.hpp"
 #include "takt/containers/process_usage.hpp"
 #include "takt/measuring/row_json.hpp"
 
@@ -192,8 +194,15 @@ void give_attributes(const EndSignals& signals, const SystemDescription& system)
   const ThreadDescription* const thread = find_thread(system, "signals");
   if (thread == nullptr) return;
   ThreadState state;
-  signals.run_in_thread(
-      [&] { state = apply(thread->attributes, std::min(system.realtime, Realtime::prefer)); });
+  std::exception_ptr refused;
+  signals.run_in_thread([&] {
+    try {
+      state = apply(thread->attributes, system.realtime);
+    } catch (const Error&) {
+      refused = std::current_exception();
+    }
+  });
+  if (refused) std::rethrow_exception(refused);
   if (!state.refused.empty()) rt::to_stderr("note: {}\n", state.refused);
 }
 

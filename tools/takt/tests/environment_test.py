@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Whatever the variables of the environment say: a command works, or its one error names the variable.
+"""Whatever the variables of the environment say: a command works, or its one error names the variable. And
+whatever right is missing, the run ends if the file requires it.
 
 usage: environment_test.py TAKT
 """
@@ -7,11 +8,12 @@ usage: environment_test.py TAKT
 import os
 import pathlib
 import shutil
+import subprocess
 import tempfile
 
 from command import takt
 from checks import check, environment, finish
-from limits import faults, run
+from limits import SETPRIV, faults, run
 
 # Each variable that takt reads (tools/check knows the others by this list), and the commands that do.
 JOINS, INDEX = ["run", "joined.yaml", "--duration", "10ms"], ["component", "types"]
@@ -62,5 +64,15 @@ for variable, commands in VARIABLES.items():
     check(f"{variable} may be anything", not wrong, "\n".join(wrong[:5]))
 wrong = [fault for value in VALUES for fault in wrong_ends(OTHERS, RUNS, value)]
 check(f"so may {', '.join(OTHERS)}", not wrong, "\n".join(wrong[:5]))
+
+# Without the right to, `require` ends the run, whichever thread of the file asks.
+powerless = ["prlimit", "--rtprio=0:0", *([SETPRIV, "--bounding-set=-sys_nice"] if os.getuid() == 0 else [])]
+for thread in ("main", "log", "signals"):
+    (folder / "required.yaml").write_text(
+        f"realtime: require\nthreads: {{{thread}: {{policy: SCHED_FIFO, priority: 9}}}}\n"
+        "container: {components: [{component: takt::Workload, name: idle}]}\n")
+    done = subprocess.run([*powerless, takt, "run", "required.yaml", "--duration", "10ms"], cwd=folder,
+                          env=environment, text=True, capture_output=True, timeout=60)
+    check(f"{thread} is refused", done.returncode == 1 and f"thread '{thread}' was refused SCHED_FIFO" in done.stderr, done)
 shutil.rmtree(folder)
 finish()
