@@ -62,8 +62,7 @@ constexpr CoverageEntry kTable[] = {
     {"dds", "rosout", kIrrelevant, "the thread `log` sends it: see a reserved thread"},
     {"dds", "shared_memory", kUsed,
      "losses: its queue is short; the time between processes is `delay`, whatever the way, and "
-     "that "
-     "what was measured went the same: as_measured"},
+     "that what was measured went the same: as_measured"},
     {"dds", "synchronized_clocks", kIrrelevant,
      "only says from when latencies of other hosts count", kFree},
     {"dds", "threads", kUsed,

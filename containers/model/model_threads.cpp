@@ -163,7 +163,6 @@ std::size_t ModelBuilder::part_of(const ModelledProcess& process,
   executor.let_period = trigger.let_period.count();
   if (trigger.kind != TriggerOptions::Kind::any) {
     executor.unknown = "its trigger may wait for ever; there are bounds for `any` only";
-  } else if (executor.let_period != 0) {  // a method of its own
   } else if (traits.rule != nullptr && !traits.triggered) {
     executor.unknown = fmt::format("no method knows the rule of type '{}'", description->type);
   } else if (traits.workers != nullptr && !is_preemptive(description->type)) {
