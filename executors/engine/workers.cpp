@@ -19,8 +19,10 @@ namespace takt::detail {
 namespace {
 
 // How long the searcher leaves an announced callback to the worker that announced it: that worker
-// usually takes it soon, and has its data in the cache.
+// usually takes it soon, and has its data in the cache. Each announcement begins a moment anew, but
+// not for ever: a worker may be long in a callback while another thread announces.
 constexpr Nanoseconds kMoment(1'000);
+constexpr int kMomentsInARow = 4;
 
 // Whether all threads share one CPU, so that a searcher should yield. Not with SCHED_DEADLINE,
 // where sched_yield() gives up the rest of the runtime.
@@ -173,7 +175,7 @@ TimePoint Workers::release_to_wait_for(const Worker& worker) const noexcept {
 // How long the worker searches before it sleeps. A pool has one searcher at a time, and only of the
 // highest urgency, because no sleeper is woken while it searches. While others work it searches
 // even if `spin` is 0: that saves them the system call to wake it for what they leave over.
-Nanoseconds Workers::patience_of(const Worker& worker) const noexcept {
+Nanoseconds Workers::patience_of(const Worker& worker, const Expected& expected) const noexcept {
   if (!may_search(worker)) return Nanoseconds::zero();
   const TimePoint release = ready_.next_release();
   if (options_.early_wake != Nanoseconds::zero() && release < first_wait_ &&
@@ -183,9 +185,7 @@ Nanoseconds Workers::patience_of(const Worker& worker) const noexcept {
   // There a thread that yields would have to work to do so: it sleeps at once.
   if (searcher_.is_called_by != nullptr && yields_) [[unlikely]]
     return Nanoseconds::zero();
-  const bool others_work =
-      lock_.is_shared() && !are_apart_.load() && places_.sleepers_of(0).idle() + 1 < working_;
-  return others_work ? std::max(options_.spin, kPoolSearch) : options_.spin;
+  return expected.others_work ? std::max(options_.spin, kPoolSearch) : options_.spin;
 }
 
 // Polls for whatever would wake a sleeper, until the time `until`, or until nothing was announced
@@ -197,6 +197,7 @@ bool Workers::search(Worker& worker, TimePoint until, Nanoseconds patience,
   const Nanoseconds between_looks = lock_.is_shared() ? kMoment : Nanoseconds::zero();
   set_wait(worker, until);
   ManualWaitBackend* const caller = searcher_.is_called_by;
+  const int most_moments = expected.others_work && caller == nullptr ? kMomentsInARow : 0;
   searcher_.index.store(worker.index, std::memory_order_relaxed);
   if (lock_.is_shared() || caller != nullptr) searcher_.state.store(Search::quiet);
   lock_.unlock();
@@ -204,6 +205,7 @@ bool Workers::search(Worker& worker, TimePoint until, Nanoseconds patience,
   const TimePoint start = clock.now();
   TimePoint now = start, last = start;
   bool has_found = false;
+  int moments = 0;  // that announcements have begun in a row
   do {
     if (caller != nullptr) [[unlikely]] {
       if (!must_look(worker, expected))
@@ -222,7 +224,9 @@ bool Workers::search(Worker& worker, TimePoint until, Nanoseconds patience,
     if (searcher_.state.load(std::memory_order_relaxed) == asked &&  // else its line stays shared
         searcher_.state.compare_exchange_strong(asked, Search::quiet)) {
       last = now;
+      if (++moments <= most_moments) continue;
     }
+    moments = 0;
     has_found |= must_look(worker, expected) || searcher_.state.load() == Search::called;
   } while (!has_found && now < until && now - last < patience);
   lock_.lock();
@@ -237,9 +241,10 @@ bool Workers::search(Worker& worker, TimePoint until, Nanoseconds patience,
 }
 
 bool Workers::wait(Worker& worker, TimePoint limit, const FutureState* future) noexcept {
-  const Expected expected{future,
-                          ready_.timers().timers_are_held()};  // before it reads the releases
-  const Nanoseconds patience = patience_of(worker);
+  const Expected expected{
+      future, ready_.timers().timers_are_held(),  // before it reads the releases
+      lock_.is_shared() && !are_apart_.load() && places_.sleepers_of(0).idle() + 1 < working_};
+  const Nanoseconds patience = patience_of(worker, expected);
   if (patience != Nanoseconds::zero() &&
       search(worker, std::min(limit, ready_.next_release()), patience, expected)) {
     return ready_.timers().now() < limit || must_look(worker, expected);

@@ -141,10 +141,11 @@ class Workers final : public Wakeable {
  private:
   [[gnu::noinline]] void pass_on_to_each() noexcept TAKT_REQUIRES(lock_);
 
-  /// What ends a worker's wait besides announcements.
+  /// What ends a worker's wait besides announcements, and what was so when it began.
   struct Expected {
     const FutureState* future;
     bool timers_were_held;  // when the worker read the next release
+    bool others_work;       // another worker of the pool was awake
   };
 
   /// Whether there is a reason not to sleep.
@@ -162,7 +163,8 @@ class Workers final : public Wakeable {
   bool may_search(const Worker& worker) const noexcept {
     return !lock_.is_shared() || (worker.may_search && searcher_.state.load() == Search::none);
   }
-  Nanoseconds patience_of(const Worker& worker) const noexcept TAKT_REQUIRES(lock_);
+  Nanoseconds patience_of(const Worker& worker, const Expected& expected) const noexcept
+      TAKT_REQUIRES(lock_);
   bool search(Worker& worker, TimePoint until, Nanoseconds patience,
               const Expected& expected) noexcept TAKT_REQUIRES(lock_);
 
