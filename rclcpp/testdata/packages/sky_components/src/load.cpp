@@ -9,9 +9,11 @@
 #include "rclcpp_components/node_factory.hpp"
 #include "rcpputils/shared_library.hpp"
 #include "sky_components/msg/report.hpp"
+#include "sky_library/sky_library.hpp"  // of a package on which sky_nodes depends
 
 int main(int argc, char* argv[]) {
   rclcpp::init(argc, argv);
+  if (sky_library::lowest({}) < 1) return 1;
   std::string found;
   {  // by its name alone, in the place where packages are installed; it stays loaded
     rcpputils::SharedLibrary library(rcpputils::get_platform_library_name("watcher"));
