@@ -50,7 +50,7 @@ PACKAGES = {
     "geographic_msgs": "", "laser_geometry": "", "map_msgs": "", "interactive_markers": "",
     "robot_localization": "", "behaviortree_cpp": "", "nav2_common": "its launch files, in Python, do not run", "nav2_msgs": "", "nav_2d_msgs": "", "dwb_msgs": "",
     "nav2_util": "", "nav2_lifecycle_manager": "", "nav2_voxel_grid": "", "nav2_costmap_2d": "", "nav_2d_utils": "", "costmap_queue": "",
-    "nav2_behavior_tree": "", "nav2_core": "", "nav2_controller": "", "dwb_core": "", "dwb_critics": "", "dwb_plugins": "", "slam_toolbox": "",
+    "nav2_behavior_tree": "compiled at -O0 here, as are the others that it needs or that need it", "nav2_core": "", "nav2_controller": "", "dwb_core": "", "dwb_critics": "", "dwb_plugins": "", "slam_toolbox": "",
     "teleop_twist_joy": "", "wiimote_msgs": "", "joy_linux": "", "sdl2_vendor": "", "joy": "", "spacenav": "", "laser_filters": "it is newer than the sources of `filters`",
     "pointcloud_to_laserscan": "", "imu_filter_madgwick": "", "imu_complementary_filter": "", "twist_mux": "", "topic_tools_interfaces": "",
     "topic_tools": "", "velodyne_msgs": "", "velodyne_laserscan": "", "velodyne_driver": "", "cmd_vel_mux": "", "rplidar_ros": "",
@@ -102,6 +102,16 @@ FILTER = """ekf_filter_node: {ros__parameters: {frequency: 30.0, two_d_mode: tru
 COSTMAP = """lifecycle_manager: {ros__parameters: {autostart: true, node_names: [costmap], bond_timeout: 0.0}}
 costmap: {ros__parameters: {global_frame: odom, rolling_window: true, width: 4, height: 4, robot_radius: 0.2,
   plugins: [inflation], inflation: {plugin: "nav2_costmap_2d::InflationLayer"}}}
+"""
+
+CONTROLLER = """lifecycle_manager: {ros__parameters: {autostart: true, node_names: [controller_server], bond_timeout: 0.0}}
+controller_server: {ros__parameters: {controller_frequency: 10.0, progress_checker_plugins: [progress], goal_checker_plugins: [goal],
+  controller_plugins: [FollowPath], progress: {plugin: "nav2_controller::SimpleProgressChecker"},
+  goal: {plugin: "nav2_controller::SimpleGoalChecker", xy_goal_tolerance: 0.1, yaw_goal_tolerance: 3.0},
+  FollowPath: {plugin: "dwb_core::DWBLocalPlanner", max_vel_x: 0.4, max_speed_xy: 0.4, max_vel_theta: 1.0, acc_lim_x: 2.5, acc_lim_theta: 3.0,
+    decel_lim_x: -2.5, decel_lim_theta: -3.0, vx_samples: 10, vtheta_samples: 11, sim_time: 1.0, critics: [GoalDist, PathDist, BaseObstacle]}}}
+local_costmap: {local_costmap: {ros__parameters: {global_frame: odom, rolling_window: true, width: 4, height: 4, robot_radius: 0.2,
+  plugins: [inflation], inflation: {plugin: "nav2_costmap_2d::InflationLayer"}}}}
 """
 
 
@@ -221,6 +231,15 @@ def navigation_runs(space):
                                                               "--child-frame-id", "base_link"), seconds=15))
 
 
+def controller_runs(space):
+    program, work = space.program, space.work
+    (work / "controller.yaml").write_text(CONTROLLER)
+    arguments = ("--ros-args", "--params-file", work / "controller.yaml")
+    space.holds(["nav2_controller", "nav2_core", "costmap_queue", "dwb_core", "dwb_plugins", "dwb_critics"], "a robot follows a path of 1 m",
+                "error code 0, at its end\n", space.run(program("robot_path", "follow"), program("nav2_controller", "controller_server", *arguments),
+                                                        program("nav2_lifecycle_manager", "lifecycle_manager", *arguments), seconds=60))
+
+
 def commit_of(folder):
     def git(*words):
         done = subprocess.run(["git", "-C", folder, *words], capture_output=True, text=True, check=False)
@@ -285,7 +304,7 @@ def main():
                 tests[name] = space.own_tests(name)
                 known.write_text(json.dumps(tests))
         for name, needed, what in (("robot_programs", "tf2_ros", runs), ("robot_control", "controller_manager", control_runs),
-                                   ("robot_navigation", "nav2_costmap_2d", navigation_runs)):
+                                   ("robot_navigation", "nav2_costmap_2d", navigation_runs), ("robot_path", "dwb_critics", controller_runs)):
             if built.get(needed) and space.build(name, options.programs / name):
                 what(space)
         if options.record:
