@@ -35,6 +35,8 @@ class KeyedHeap {
     if (size_ > 1) std::pop_heap(items_.begin(), end(), after);
     return items_[--size_].callback;
   }
+  /// The callback that pop would return.
+  ReadyCallback* peek() const noexcept { return size_ != 0 ? items_.front().callback : nullptr; }
 
  private:
   struct Item {
@@ -61,6 +63,7 @@ class KeyedScheduler final : public Scheduler {
   }
   void push(ReadyCallback& callback) noexcept override { heap_.push(KeyOf()(callback), callback); }
   ReadyCallback* pop() noexcept override { return heap_.pop(); }
+  ReadyCallback* peek() noexcept override { return heap_.peek(); }
 
  private:
   KeyedHeap<std::invoke_result_t<KeyOf, const ReadyCallback&>> heap_;

@@ -88,6 +88,13 @@ class Scheduler {
   virtual void push(ReadyCallback& callback) noexcept = 0;
   /// The callback to run next, nullptr when there is none.
   virtual ReadyCallback* pop() noexcept = 0;
+  /// The callback that pop would return; it stays in its place. Pools ask for it, unless the order
+  /// is arbitrary or in turns. As it stands here, it puts the callback behind equal ones.
+  virtual ReadyCallback* peek() noexcept {
+    ReadyCallback* const first = pop();
+    if (first != nullptr) push(*first);
+    return first;
+  }
   /// A callback has run for this time. It is one of those of configure(), but it may wait again
   /// already, or have been popped from the previous scheduler. Only called with `uses_time`.
   virtual void done(const ReadyCallback&, Nanoseconds /*execution_time*/) noexcept {}
@@ -112,6 +119,7 @@ class HeapScheduler final : public Scheduler {
     if (size_ > 1) std::pop_heap(heap_.begin(), end(), after);
     return heap_[--size_];
   }
+  ReadyCallback* peek() noexcept override { return size_ != 0 ? heap_.front() : nullptr; }
 
  private:
   // No function: heap operations would call it by its address.
@@ -132,7 +140,7 @@ struct SchedulerTraits {
   /// What it does, for `takt analyze`. A scheduler that fits none of the words has an arbitrary
   /// order, for which there are bounds, too. Which callback is more urgent, or has the earlier
   /// place, is asked of the scheduler itself. Unless the order is arbitrary or in turns, it depends
-  /// on nothing but the callbacks that wait: a pool may then pop one and push it again.
+  /// on nothing but the callbacks that wait.
   analysis::Order order = analysis::Order::arbitrary;
   /// Order::by_point: what it adds to the ready time; no value: the callback comes after all
   /// others.

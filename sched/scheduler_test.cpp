@@ -170,6 +170,29 @@ TEST(Schedulers, AreRegisteredUnderTheirNames) {
               ThrowsMessage<Error>(HasSubstr("no scheduler is called 'fixed_prio'")));
 }
 
+TEST(Schedulers, ShowWhatTheyWouldPop) {
+  std::mt19937 random(3);
+  for (const std::string& name : schedulers().names()) {
+    Callbacks callbacks(random_infos(random, 20));
+    const auto instance = callbacks.make(name);
+    EXPECT_EQ(instance->peek(), nullptr) << name;
+    std::vector<ReadyCallback*> away;
+    for (std::size_t i = 0; i < callbacks.size(); ++i) away.push_back(&callbacks[i]);
+    for (std::uint64_t step = 1; step < 500; ++step) {
+      if (!away.empty() && random() % 2 == 0) {
+        std::swap(away[random() % away.size()], away.back());
+        if (random() % 4 != 0) away.back()->sequence = callbacks.size() + step / 3;  // some equal
+        instance->push(*away.back());
+        away.pop_back();
+      }
+      ReadyCallback* const first = instance->peek();
+      if (random() % 2 != 0) continue;
+      ASSERT_EQ(instance->pop(), first) << name;
+      if (first != nullptr) away.push_back(first);
+    }
+  }
+}
+
 TEST(Schedulers, NameEntityKindsInRclcppsOrderOfService) {
   EXPECT_LT(EntityKind::timer, EntityKind::subscription);
   EXPECT_LT(EntityKind::subscription, EntityKind::service);

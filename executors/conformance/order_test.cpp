@@ -196,6 +196,28 @@ TEST_P(ConformanceOrder, TwoEqualTimersOfOneExclusiveGroupAlternate) {
   for (std::size_t i = 1; i < trace.size(); ++i) ASSERT_NE(trace[i], trace[i - 1]) << i;
 }
 
+// A pool that looked whether there is more to run put the first behind the others.
+TEST_P(ConformanceOrder, ReceiversOfOneMessageRunAsTheyWereAnnounced) {
+  if (scheduler_name() != "fifo" || is_isolated()) GTEST_SKIP() << "it has another order of these";
+  ManualClock clock{TimePoint{}, virtual_cpus()};
+  const auto executor = make(clock);
+  const auto node = make_node(clock);
+  std::vector<int> trace;
+  std::vector<std::shared_ptr<void>> parts;
+  for (int i = 0; i < 5; ++i) {
+    const auto group =
+        node->create_callback_group("g" + std::to_string(i), CallbackGroupType::MutuallyExclusive);
+    const auto receive = [&, i](const Number&) { trace.push_back(i), clock.work(1ms); };
+    parts.push_back(node->create_subscription<Number>("topic", 5, receive, group));
+  }
+  const auto publisher = node->create_publisher<Number>("topic", 5);
+  executor->add_node(node);
+  const ManualSpin spin(*executor, clock, participants());
+  publisher->publish(Number{});
+  clock.advance(100ms);
+  EXPECT_THAT(trace, ElementsAre(0, 1, 2, 3, 4));
+}
+
 // A worker keeps what its own callbacks announce elsewhere than what other threads announce.
 TEST_P(ConformanceOrder, ASnapshotKeepsTheOrderOfWhatThreadsAndCallbacksAnnounce) {
   if (!takes_turns()) GTEST_SKIP() << kNoTurns;

@@ -51,6 +51,10 @@ class ReadyQueue {
 
   /// The first callback of the order, or nullptr.
   CallbackRecord* pop() noexcept;
+  /// The same callback, which stays where it is.
+  const CallbackRecord* peek() noexcept {
+    return static_cast<const CallbackRecord*>(scheduler_->peek());
+  }
   /// The callback that was popped is taken, or parked: its window is served.
   void serve_window_of(const CallbackRecord& record) noexcept {
     window_ = std::max(window_, record.window);

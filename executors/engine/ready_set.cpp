@@ -11,42 +11,36 @@ bool ReadySet::has_another() noexcept {
   if (keeps_history_) return !queue_.is_empty() || has_more();
   for (;;) {
     take_snapshot();
-    CallbackRecord* const first = queue_.pop();
-    if (first == nullptr) return false;
-    if (selection().holds(*first)) continue;
-    Exclusion& exclusion = *first->exclusion;
-    if (exclusion.is_free()) {
-      queue_.hand_back(*first);
-      return true;
-    }
-    queue_.serve_window_of(*first);  // as that worker would
-    exclusion.park(*first);
-    first->state.park();
+    const CallbackRecord* const next = queue_.peek();
+    if (next == nullptr) return false;
+    if (next->exclusion->is_free() && selection().admits(*next)) return true;
+    CallbackRecord& first = *queue_.pop();
+    if (selection().holds(first)) continue;
+    queue_.serve_window_of(first);  // as that worker would
+    first.exclusion->park(first);
+    first.state.park();
   }
 }
 
 std::optional<std::size_t> ReadySet::worker_for_next() noexcept {
-  CallbackRecord* const first = selection().interrupts() ? queue_.pop() : nullptr;
-  if (first == nullptr) return {};
-  queue_.hand_back(*first);
-  return selection().worker_for(*first);
+  const CallbackRecord* const first = selection().interrupts() ? queue_.peek() : nullptr;
+  return first != nullptr ? selection().worker_for(*first) : std::nullopt;
 }
 
 // Only the next callback of the order may begin: a later one does not overtake it.
 CallbackRecord* ReadySet::next_to_interrupt(const Limits& limits) noexcept {
-  while (CallbackRecord* const record = pick(limits)) {
-    if (selection().worker_for(*record) != limits.worker) {
-      queue_.hand_back(*record);
-      return nullptr;
+  for (;;) {
+    if (limits.may_poll) take_snapshot();
+    if (worker_for_next() != limits.worker) return nullptr;
+    CallbackRecord& first = *queue_.pop();
+    queue_.serve_window_of(first);
+    if (first.exclusion->admit(first)) {
+      first.state.begin();
+      selection().begin(first, limits.worker);
+      return &first;
     }
-    if (record->exclusion->admit(*record)) {
-      record->state.begin();
-      selection().begin(*record, limits.worker);
-      return record;
-    }
-    record->state.park();
+    first.state.park();
   }
-  return nullptr;
 }
 
 // Empties the schedulers before anything changes that they may read, and refills them afterwards.

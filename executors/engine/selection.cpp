@@ -16,7 +16,7 @@ bool Selection::puts_aside(CallbackRecord& record, std::size_t worker) noexcept 
 }
 
 bool Selection::holds(CallbackRecord& record) noexcept {
-  if (rule_ == nullptr || rule_->admits(record, record.settings.label)) return false;
+  if (admits(record)) return false;
   record.next = std::exchange(held_, &record);
   if (rule_->may_hold_for_ever()) record.is_held.store(true);
   return true;

@@ -42,7 +42,11 @@ class Selection {
 
   /// True: the callback was put aside, or passed over.
   [[gnu::noinline]] bool puts_aside(CallbackRecord& record, std::size_t worker) noexcept;
-  /// True: the rule does not admit the callback now, so it was put aside.
+  /// Whether the rule lets the callback be served now.
+  bool admits(const CallbackRecord& record) const noexcept {
+    return rule_ == nullptr || rule_->admits(record, record.settings.label);
+  }
+  /// True: it does not, so the callback was put aside.
   bool holds(CallbackRecord& record) noexcept;
   /// Takes the callbacks that were put aside, linked by next.
   ReadyCallback* take_held() noexcept;

@@ -29,15 +29,20 @@ class FifoScheduler final : public Scheduler {
       return pop_where_some_are_late();
     return begin_ != end_ ? at(begin_++) : nullptr;
   }
+  ReadyCallback* peek() noexcept override {
+    if (!late_.empty() && is_late_next()) [[unlikely]]
+      return late_.peek();
+    return begin_ != end_ ? at(begin_) : nullptr;
+  }
 
  private:
   [[gnu::noinline]] void push_late(ReadyCallback& callback) noexcept {
     late_.push(callback.sequence, callback);
   }
   [[gnu::noinline]] ReadyCallback* pop_where_some_are_late() noexcept {
-    const bool is_next = begin_ != end_ && at(begin_)->sequence < late_.first();
-    return is_next ? at(begin_++) : late_.pop();
+    return is_late_next() ? late_.pop() : at(begin_++);
   }
+  bool is_late_next() noexcept { return begin_ == end_ || late_.first() <= at(begin_)->sequence; }
   ReadyCallback*& at(std::size_t position) noexcept { return ring_[position & (ring_.size() - 1)]; }
 
   std::vector<ReadyCallback*> ring_;  // sized in configure

@@ -35,6 +35,9 @@ class RoundRobinScheduler final : public Scheduler {
     if (group->first != nullptr) append(*group);
     return callback;
   }
+  ReadyCallback* peek() noexcept override {
+    return first_turn_ != nullptr ? first_turn_->first : nullptr;
+  }
 
  private:
   struct Group {
