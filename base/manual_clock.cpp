@@ -60,6 +60,10 @@ bool ManualClock::happen(Participant& participant) noexcept {
 // their ranks; then CPUs.
 ManualClock::Participant* ManualClock::step() noexcept {
   for (;;) {
+    if (stops_ != nullptr && stops_->load(std::memory_order_relaxed)) {
+      target_ = now();
+      return nullptr;
+    }
     Participant* first = nullptr;
     TimePoint time = kNever;
     for (Participant* candidate : participants_) {
@@ -99,10 +103,11 @@ void ManualClock::pass_on(Participant* self, std::unique_lock<std::mutex>& lock)
   next.has_baton_.notify_one();  // only the address is used: `next` may be gone
 }
 
-void ManualClock::advance(Nanoseconds duration) {
+void ManualClock::advance(Nanoseconds duration, const std::atomic<bool>* stops) {
   std::unique_lock lock(mutex_);
   controller_.wait(lock, [this] { return !is_advancing_; });
   target_ = later(now(), duration);
+  stops_ = stops;
   is_advancing_ = true;
   pass_on(nullptr, lock);
   if (!lock.owns_lock()) lock.lock();

@@ -72,10 +72,11 @@ class ManualClock final : public Clock {
   TimePoint now() const noexcept override;
   ManualClock* as_manual() noexcept override { return this; }
 
-  /// Lets everything happen that is due within `duration`, then stands at its end.
-  void advance(Nanoseconds duration);
+  /// Lets everything happen that is due within `duration`, then stands at its end; or where it is
+  /// when another thread sets `stops`.
+  void advance(Nanoseconds duration, const std::atomic<bool>* stops = nullptr);
   /// Lets everything happen that is due now.
-  void settle() { advance(Nanoseconds::zero()); }
+  void settle(const std::atomic<bool>* stops = nullptr) { advance(Nanoseconds::zero(), stops); }
   /// By a participant: the advance() that is under way ends at that time, if not earlier. The one
   /// that advances sees by now() that it has.
   void end_by(TimePoint time) noexcept;
@@ -143,6 +144,7 @@ class ManualClock final : public Clock {
   Participant* running_ = nullptr;
   bool is_advancing_ = false;
   TimePoint target_{};  // while it advances
+  const std::atomic<bool>* stops_ = nullptr;
 };
 
 }  // namespace takt

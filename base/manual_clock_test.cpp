@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/base/manual_clock.hpp"
 
+#include <atomic>
 #include <functional>
 #include <string>
 #include <thread>
@@ -183,6 +184,21 @@ TEST_F(ManualClockTest, DoesNotCutWorkShortForAWakeUp) {
   EXPECT_TRUE(trace_.empty());
   clock_.advance(10ms);
   EXPECT_THAT(trace_, ElementsAre("10 done", "10 woken"));
+}
+
+TEST_F(ManualClockTest, StopsInTheMiddleOfAnAdvance) {
+  std::atomic<bool> stops{false};
+  Worker worker(clock_, 1, [&](ManualClock::Participant& self) {
+    for (int i = 1; i <= 5; ++i) {
+      clock_.wait(self, kStart + i * 1ms);
+      stops = i == 3;
+    }
+  });
+  clock_.wait_for_participants(1);
+  clock_.advance(1h, &stops);
+  EXPECT_EQ(clock_.now(), kStart + 3ms);
+  clock_.advance(1h);
+  EXPECT_EQ(clock_.now(), kStart + 1h + 3ms);
 }
 
 TEST_F(ManualClockTest, DoesNotWaitForADeadlineThatHasPassed) {

@@ -286,10 +286,11 @@ void add_late_messages(std::vector<Source>& sources, FaultInjection& faults) {
 }
 
 /// Advances the clock to `end`. Events from outside and messages between processes come after all
-/// other events of the same instant.
-void advance(ManualClock& clock, TimePoint end, std::vector<Source>& sources, Wire& wire,
-             const std::function<void()>& check) {
-  while (clock.now() < end) {
+/// other events of the same instant. False: `stops` has ended it.
+bool advance(ManualClock& clock, TimePoint end, std::vector<Source>& sources, Wire& wire,
+             const std::atomic<bool>* stops, const std::function<void()>& check) {
+  const auto is_stopped = [&] { return stops != nullptr && stops->load(); };
+  while (clock.now() < end && !is_stopped()) {
     Source* first = nullptr;
     TimePoint time = std::min(end, later(clock.now(), std::chrono::seconds(1)));  // for `check`
     time = std::min(time, wire.next());
@@ -298,17 +299,18 @@ void advance(ManualClock& clock, TimePoint end, std::vector<Source>& sources, Wi
       first = &source;
       time = source.next;
     }
-    clock.advance(time - clock.now());
+    clock.advance(time - clock.now(), stops);
     if (wire.next() <= clock.now()) {  // also messages sent meanwhile
       wire.arrive();
-      clock.settle();
+      clock.settle(stops);
     }
     if (first != nullptr && clock.now() == time) {
       first->next = first->happen();
-      clock.settle();
+      clock.settle(stops);
     }
     check();
   }
+  return !is_stopped();
 }
 
 void add_notes(SimulatedRun& run, const std::vector<std::string>& more) {
@@ -375,12 +377,13 @@ SimulatedRun Simulation::run(Scenario scenario, ManualClock& clock) const {
   std::vector<SimulatedRun::Release> releases = first.all();
   processes.release();
   const TimePoint end = later(kSimulationBegin, options_.duration);
-  advance(clock, end, sources, wire, [&] {
+  const bool is_complete = advance(clock, end, sources, wire, options_.stops.get(), [&] {
     if (bodies.unknown().empty()) return;
     throw Error(
         fmt::format("cannot simulate '{}': its execution time is not known", bodies.unknown()),
         "declare it (`execution`), or measure it (`takt model`)", system_.file);
   });
+  if (!is_complete) return {.scenario = std::move(scenario), .result = {}, .was_stopped = true};
   const std::vector<ManualClock::Use> use = clock.use();
   faults.end();
   bodies.end();

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -26,6 +27,8 @@ struct SimulationOptions {
   /// For a program that has made its nodes (`overrides.find_node`): the bodies of its callbacks
   /// run, and this has the name of the running one. nullptr: the system has components.
   std::atomic<const std::string*>* running = nullptr;
+  /// Another thread sets it: the run that is under way ends soon, without a result.
+  std::shared_ptr<const std::atomic<bool>> stops = nullptr;
 };
 
 struct SimulatedRun {
@@ -50,6 +53,7 @@ struct SimulatedRun {
     bool was_preempted = false;
   };
   std::vector<Change> changes = {};
+  bool was_stopped = false;  // by SimulationOptions::stops: nothing else counts
 };
 
 /// Runs the executors, schedulers and callback groups of a description themselves, on real threads,

@@ -93,11 +93,13 @@ SimulatedChains simulate_chains(const SystemDescription& system, const AnalyzeOp
   }
   result.why_not = why_machines_differ(system, options);
   if (!result.why_not.empty()) return result;
-  const EndSignals signals;
+  const auto stops = std::make_shared<std::atomic<bool>>(false);
+  EndSignals signals(EndSignals::Command::looks, [stops] { stops->store(true); });
   const StaysOnOneCpu here;
   ScenarioSearch search(1);
   try {
-    const SimulationOptions how = options_of(system, file);
+    SimulationOptions how = options_of(system, file);
+    how.stops = stops;
     const Simulation simulation(system, how);
     result.notes = simulation.notes();
     // So that the command does the same on another machine.
@@ -108,11 +110,17 @@ SimulatedChains simulate_chains(const SystemDescription& system, const AnalyzeOp
       result.signal = signals.take();
       if (result.signal != 0) break;
       const SimulatedRun simulated = simulation.run(search.next());
+      if (simulated.was_stopped) {
+        result.signal = signals.take();
+        break;
+      }
       if (!simulated.result.failures.empty())
         throw Error(fmt::format("{}", fmt::join(simulated.result.failures, "; ")));
       search.add(simulated, simulation.time_to_begin());
     }
-    if (options.draws_schedule) result.worst_schedule = worst_schedule(system, how, search);
+    signals.end();
+    if (options.draws_schedule && result.signal == 0)
+      result.worst_schedule = worst_schedule(system, how, search);
   } catch (const Error& refused) {
     result.why_not = refused.what();
     return result;

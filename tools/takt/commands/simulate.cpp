@@ -1,7 +1,9 @@
 // takt simulate: a system under a virtual clock, on virtual CPUs.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <atomic>
 #include <map>
+#include <memory>
 #include <set>
 #include <utility>
 
@@ -144,14 +146,18 @@ SimulatedOnce run_once(const Simulation& simulation, const Options& options,
   SimulatedOnce once{.simulated = simulation.run(scenario), .run = {}};
   if (!once.simulated.result.failures.empty())
     throw std::runtime_error(fmt::format("{}", fmt::join(once.simulated.result.failures, "\n")));
-  once.run = rt::run_of(once.simulated.result);
+  once.run = rt::run_of(std::exchange(once.simulated.result, {}));
+  once.simulated.result.chains = once.run.chains;
   return once;
 }
 
-Results simulate(const Simulation& simulation, const Options& options) {
+/// `stops`: of the simulation.
+Results simulate(const Simulation& simulation, const std::shared_ptr<std::atomic<bool>>& stops,
+                 const Options& options) {
   Results all;
   std::optional<EndSignals> signals;  // for as long as it simulates; a program has its own
-  if (program_words().empty()) signals.emplace();
+  if (program_words().empty())
+    signals.emplace(EndSignals::Command::looks, [stops] { stops->store(true); });
   ScenarioSearch search(options.seed);
   const LiveLine line("simulating");
   for (std::uint64_t& i = all.count; i < options.runs; ++i) {
@@ -162,6 +168,10 @@ Results simulate(const Simulation& simulation, const Options& options) {
                                   : options.searches        ? search.next()
                                                             : scenario_of(options, i));
     const SimulatedRun& simulated = once.simulated;
+    if (simulated.was_stopped) {
+      all.signal = signals->take();
+      break;
+    }
     search.add(simulated, simulation.time_to_begin());
     if (!signals) all.signal = once.signal;
     rt::Run& run = once.run;
@@ -223,8 +233,10 @@ void run(const Options& options) {
   const StaysOnOneCpu here;
   SimulationOptions how = options_of(system, options);
   if (!options.faults.empty()) how.faults = parse_fault_kinds(options.faults);
+  const auto stops = std::make_shared<std::atomic<bool>>(false);
+  how.stops = stops;
   const Simulation simulation(system, how);
-  const Results all = simulate(simulation, options);
+  const Results all = simulate(simulation, stops, options);
   if (all.count == 0) throw_interrupted(all, options);
   std::set<std::string> notes(simulation.notes().begin(), simulation.notes().end());
   notes.insert(all.sum.notes.begin(), all.sum.notes.end());
@@ -239,7 +251,7 @@ void run(const Options& options) {
     print_worst(all, known);
   }
   if (!options.json.empty()) write_json(document_of(all, simulation, known, options), options.json);
-  if (!options.trace.empty())
+  if (!options.trace.empty() && all.signal == 0)
     write_trace(trace_of_closest(all, system, simulation, how, options), options.trace);
   if (all.signal != 0) throw_interrupted(all, options);
   if (std::any_of(all.sum.chains.begin(), all.sum.chains.end(),

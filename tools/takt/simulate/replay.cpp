@@ -135,6 +135,7 @@ Trace trace_of(const std::vector<SimulatedRun::Change>& changes, rt::Run run, bo
 TracedScenario traced(const SystemDescription& system, SimulationOptions options,
                       const Scenario& scenario, const std::string& file) {
   options.overrides.trace_events = kMostTraceEvents;
+  options.stops = nullptr;
   const Simulation simulation(system, options);
   TracedScenario result{.run = simulation.run(scenario), .trace = {}};
   rt::Run run = rt::run_of(std::move(result.run.result));

@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
 from checks import check, environment, eventually, finish, proves  # noqa: E402
@@ -25,6 +26,9 @@ for name, component in (("good", f"component: Witness, library: {library}"), ("w
 with open("simulated.yaml", "w") as file:
     file.write("machine: {cpus: 1}\nchains: [{name: c, deadline: 1s, path: [driver/imu_timer]}]\ncontainer:\n  components:\n    - {component: takt::Workload, "
                "name: driver, parameters: {publishers: {topic: [imu], period_us: [1000]}}}\n")
+with open("endless.yaml", "w") as file:  # two relays, in no time
+    file.write("machine: {cpus: 1}\ncontainer:\n  components:\n    - {component: takt::Workload, name: driver, parameters: "
+               "{publishers: {topic: [a], period_us: [1000]}, relays: {input: [a, b], output: [b, a], work_us: [0, 0]}}}\n")
 # A definition that is wrong: `interface show` said 2, what sends and calls said 1.
 for kind, text in (("msg", "Loop a\n"), ("srv", "bad/Loop a\n---\n"), ("action", "bad/Loop a\n---\n---\n")):
     os.makedirs(f"share/bad/{kind}")
@@ -118,12 +122,11 @@ for words, is_bounded in ((("run", "good.yaml"), False), (("run", "good.yaml", "
         check("it runs", eventually(runs))
         status, said = ended_by(number, process)
         check(f"{number.name} to takt {' '.join(words)}", status == (128 + number if is_bounded else 0), status, said)
-# Between two runs of a simulation, of which some are complete by then.
+# In a simulation, of which some runs are complete by then, or none.
 for claim, words in (
-        (proves("command_line.md", "Ctrl-C ends it after the run that is under way, and shows what there is; the exit status is then 130."),
+        (proves("command_line.md", "Ctrl-C ends it in the middle of a run, and shows the runs before, without `--trace`; the exit status is then 130."),
          ("simulate", "simulated.yaml", "--runs", "1000000")),
-        (proves("command_line.md", "Ctrl-C ends the simulation after the run that is under way: the analysis counts those before, and the exit "
-                "status is 130."),
+        (proves("command_line.md", "Ctrl-C ends the simulation in the middle of a run: the analysis counts those before, and the exit status is 130."),
          ("analyze", "simulated.yaml", "--simulate", "1000000", "--suggest", "off"))):
     process = start(*words)
 
@@ -135,6 +138,13 @@ for claim, words in (
     status, said = ended_by(signal.SIGINT, process)
     check(claim, status == 130 and re.search(r"^c .* [0-9]", said, re.M) and
           re.search(r"SIGINT came when [1-9][0-9]* of 1000000 (simulated )?runs were complete", said), status, said)
+for words in (("simulate", "simulated.yaml", "--duration", "10000h"), ("simulate", "endless.yaml")):
+    process = start(*words)
+    check("it simulates", eventually(has_worked))
+    begin = time.monotonic()
+    status, said = ended_by(signal.SIGTERM, process)
+    check(f"SIGTERM ends takt {' '.join(words)} in a run, as soon", status == 143 and "SIGTERM came when 0 of 1 run" in said and
+          time.monotonic() - begin < 10, status, said, time.monotonic() - begin)
 for words, is_bounded in ((("bag", "record", "--all"), False), (("bag", "record", "--all", "--duration", "1h"), True)):
     process = start(*words)
     check("it records", "Ctrl-C ends it" in process.stdout.readline())
