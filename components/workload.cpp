@@ -220,6 +220,7 @@ WorkloadEntities Maker<AnyNode>::make() {
 template <class AnyNode>
 void Maker<AnyNode>::make_publishers() {
   const Strings out = strings("publishers.topic");
+  if (out.empty()) return;
   const Integers periods = integers("publishers.period_us"),
                  sizes = integers("publishers.size_bytes"),
                  fixed = integers("publishers.fixed_bytes"),
@@ -230,8 +231,6 @@ void Maker<AnyNode>::make_publishers() {
                 out_reliabilities = strings("publishers.reliability"),
                 out_durabilities = strings("publishers.durability");
   for (std::size_t i = 0; i < out.size(); ++i) {
-    const std::int64_t period =
-        entry<std::int64_t>(periods, i, out.size(), "publishers.period_us", 0);
     const Publishing publishing{
         out[i],
         choice(entry<std::string>(out_ways, i, out.size(), "publishers.pass_by", "loaned_msg"),
@@ -241,7 +240,8 @@ void Maker<AnyNode>::make_publishers() {
                                "reliable"),
             entry<std::string>(out_durabilities, i, out.size(), "publishers.durability",
                                "volatile")),
-        std::chrono::microseconds(period),
+        std::chrono::microseconds(
+            entry<std::int64_t>(periods, i, out.size(), "publishers.period_us", 0)),
         std::chrono::microseconds(
             entry<std::int64_t>(out_works, i, out.size(), "publishers.work_us", 0)),
         static_cast<std::size_t>(
@@ -259,6 +259,7 @@ void Maker<AnyNode>::make_publishers() {
 template <class AnyNode>
 void Maker<AnyNode>::make_subscriptions() {
   const Strings in = strings("subscriptions.topic");
+  if (in.empty()) return;
   const Integers in_works = integers("subscriptions.work_us"),
                  in_fixed = integers("subscriptions.fixed_bytes"),
                  in_depths = integers("subscriptions.depth");
@@ -288,6 +289,7 @@ void Maker<AnyNode>::make_subscriptions() {
 template <class AnyNode>
 void Maker<AnyNode>::make_relays() {
   const Strings from = strings("relays.input"), to = strings("relays.output");
+  if (from.empty()) return;
   const Integers relay_works = integers("relays.work_us"),
                  relay_sizes = integers("relays.size_bytes"),
                  relay_depths = integers("relays.depth");
@@ -465,8 +467,7 @@ void Maker<AnyNode>::add_subscription(const Subscribing& subscribing) {
 
 std::optional<Nanoseconds> WorkloadEntities::execution_time(std::string_view callback) const {
   const auto found = execution_times.find(callback);
-  if (found == execution_times.end()) return {};
-  return found->second;
+  return found != execution_times.end() ? std::optional(found->second) : std::nullopt;
 }
 
 std::optional<Sending> WorkloadEntities::sends(std::string_view callback) const {
