@@ -9,7 +9,7 @@ usage: results.py measure [PART...]  measures into docs/results/DATE, 40 minutes
                                      footprint: into docs/results/footprint, 3 minutes, as root;
                                      literature: into docs/results/literature, 5 minutes;
                                      reality: into docs/results/reality, 7 to 20 minutes, as root;
-                                     simulation: into docs/results/simulation, 2 minutes)
+                                     simulation [CHECK...]: into docs/results/simulation, 2 minutes, or what is checked)
        results.py write              makes docs/results/DATE.md, bounds.md, threads.md and the README's figures from
                                      that data; its picture, too, where that shows other data
        results.py check              exit status 1 if they are not what the data gives
@@ -34,6 +34,7 @@ import paper
 import reality
 import robot
 import simulation
+import simulation_checks
 import threads
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
@@ -50,7 +51,7 @@ EXPERIMENTS = {
 TIMERS = "latency -p 80 -i 1000 -D 2s --executor all --early-wake 50us -q"
 # Part → module, title. A page with data of its own, which is measured alone.
 ALONE = {"literature": (literature, "Which executor for which robot"), "reality": (reality, "Simulations beside runs"),
-         "simulation": (simulation, "How fast simulations are")}
+         "simulation": (simulation, "How fast simulations are, and what holds of them")}
 DISPATCH = ("dispatch_benchmark --benchmark_filter=^between_threads|/(events|static_single_threaded|single_threaded)/threads:1/"
             "statistics:[a-z]+/nodes --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true "
             "--benchmark_min_time=0.2 --benchmark_display_aggregates_only=true")
@@ -135,9 +136,19 @@ def measure_alone(part):
     document = {"date": str(datetime.date.today()), "commit": git("rev-parse", "HEAD"),
                 **part.measure(ROOT / "build/release/bin/takt", ROOT)}
     document.setdefault("machine", about_now()["machine"])
-    folder = ROOT / "docs/results" / name
-    folder.mkdir(exist_ok=True)
-    (folder / f"{name}.json").write_text(rows_on_lines(document) + "\n", encoding="utf-8")
+    path = ROOT / f"docs/results/{name}/{name}.json"
+    path.parent.mkdir(exist_ok=True)
+    if path.exists() and (checks := read_json(path).get("checks")):
+        document["checks"] = checks
+    path.write_text(rows_on_lines(document) + "\n", encoding="utf-8")
+
+
+def measure_checks(names):
+    """Beside the speeds of before."""
+    path = ROOT / "docs/results/simulation/simulation.json"
+    document = read_json(path)
+    document["checks"] = document.get("checks", {}) | simulation_checks.measure(names, ROOT, git("rev-parse", "HEAD"))
+    path.write_text(rows_on_lines(document) + "\n", encoding="utf-8")
 
 
 def about_now():
@@ -173,6 +184,8 @@ def measure(wanted):
         return measure_robot()
     if wanted == ["footprint"]:
         return measure_footprint()
+    if wanted[:1] == ["simulation"] and wanted[1:]:
+        return measure_checks(wanted[1:])
     if len(wanted) == 1 and wanted[0] in ALONE:
         return measure_alone(ALONE[wanted[0]][0])
     if wanted[:1] == ["threads"]:
@@ -204,7 +217,7 @@ def measure(wanted):
 def rows_on_lines(document):
     """JSON with a line for each row: git shows what has changed."""
     text = json.dumps(document, ensure_ascii=False)
-    return re.sub(r'\}, \{("metrics"|"missing"|"run_name"|"file"|"name")', r'},\n {\1', text)
+    return re.sub(r'\}, ((?:"\w+": )?)\{("metrics"|"missing"|"run_name"|"file"|"name")', r'},\n \1{\2', text)
 
 
 # ---- What the figures are ----

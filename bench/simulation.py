@@ -8,6 +8,8 @@ import resource
 import subprocess
 import tempfile
 
+import simulation_checks
+
 REPEATS = 5  # the least counts: what disturbs takes longer
 RUNS = 1000
 
@@ -99,7 +101,9 @@ def what_follows(document):
 
 
 def section(document, table):
-    return table(["simulated", "takes", "goal"],
-                 [[row["name"], shown(row["value"], row["unit"]),
-                   ("≥ " if is_rate(row["unit"]) else "≤ ") + shown(ROWS[row["name"]][3], row["unit"])]
-                  for row in document["rows"]])
+    speeds = table(["simulated", "takes", "goal"],
+                   [[row["name"], shown(row["value"], row["unit"]),
+                     ("≥ " if is_rate(row["unit"]) else "≤ ") + shown(ROWS[row["name"]][3], row["unit"])]
+                    for row in document["rows"]])
+    checks = document.get("checks")
+    return f"{speeds}\n\n{simulation_checks.section(checks, table)}" if checks else speeds

@@ -167,6 +167,7 @@ TEST(ScenarioSearch, AWitnessMissesEachTime) {
       ++witnesses;
     }
   }
+  std::printf("%zu witnesses miss 100 times each\n", static_cast<std::size_t>(witnesses));
 }
 
 /// Timers with priorities on one thread, whose bounds are exact.
@@ -251,6 +252,12 @@ TEST(ScenarioSearch, FindsWhatOthersFind) {
     }
     chains += search.worst().size();
     less += static_cast<std::size_t>(lacks);
+    for (const Worst& worst : search.worst()) {
+      if (!is_less(worst)) continue;
+      std::printf("%s of seed %zu: %s instead of %s\n", worst.chain.c_str(),
+                  static_cast<std::size_t>(seed), to_string(worst.latency).c_str(),
+                  to_string(drawn.at(worst.chain)).c_str());
+    }
   }
   std::sort(runs.begin(), runs.end());
   std::printf(
