@@ -30,6 +30,7 @@ TEST_F(Values, TimesOfTwoKindsOfClocksDoNotMix) {
 
 TEST_F(Values, TimesAndDurationsAreComparedWithMessages) {
   const builtin_interfaces::msg::Time stamp = Time(3, 0);
+  EXPECT_TRUE(stamp + Duration(1, 5) - Duration(2, 0) == Time(2, 5));
   EXPECT_TRUE(stamp == rclcpp::Time(3, 0))
       << "the left one decides: a message has no type of clock";
   EXPECT_THROW((void)(rclcpp::Time(3, 0) == stamp), std::runtime_error);

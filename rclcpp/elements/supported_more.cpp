@@ -34,13 +34,15 @@ void timers(Node& node, CallbackGroup::SharedPtr group) {
   timer->reset();
   if (timer->is_canceled() && timer->time_until_trigger().count() > 0) timer->is_steady();
 }
-static_assert(!std::is_trivially_destructible_v<Time> &&
-              !std::is_trivially_destructible_v<Duration>);
+template <typename... Types>
+constexpr bool kNoneIsTrivial = (!std::is_trivially_destructible_v<Types> && ...);
+static_assert(kNoneIsTrivial<Time, Duration, Logger, InitOptions, MessageInfo>);
 // Row: `Time`, `Duration` | arithmetic, comparisons, conversions from and to messages
 void times(const Node& node) {
   const Time begin = node.now(), later = begin + Duration::from_seconds(0.5);
   const Duration duration = later - begin, other = Duration(std::chrono::seconds(1)) * 0.5;
-  const builtin_interfaces::msg::Time stamp = later;
+  builtin_interfaces::msg::Time stamp = later;
+  stamp = stamp + duration - other;
   const builtin_interfaces::msg::Duration length = duration;
   const double seconds = (Time(stamp, RCL_ROS_TIME) - begin).seconds() + Duration(length).seconds();
   if (seconds > 0 && duration < other && later >= begin) (void)duration.nanoseconds();

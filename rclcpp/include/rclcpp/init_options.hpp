@@ -13,6 +13,11 @@ class InitOptions {
  public:
   bool shutdown_on_signal = true;
 
+  InitOptions() = default;
+  InitOptions(const InitOptions&) = default;
+  InitOptions& operator=(const InitOptions&) = default;
+  ~InitOptions() {}  // NOLINT: not trivial, see Time
+
   InitOptions& auto_initialize_logging(bool initialize) {
     return initialize_logging_ = initialize, *this;
   }

@@ -28,6 +28,10 @@ class Logger {
  public:
   enum class Level { Unset = 0, Debug = 10, Info = 20, Warn = 30, Error = 40, Fatal = 50 };
 
+  Logger(const Logger&) = default;
+  Logger& operator=(const Logger&) = default;
+  ~Logger() {}  // NOLINT: not trivial, see Time
+
   const char* get_name() const { return state_->name.c_str(); }
   Logger get_child(const std::string& suffix) const {
     return Logger(

@@ -15,6 +15,9 @@ class MessageInfo {
   MessageInfo() : info_{} {}
   explicit MessageInfo(const rmw_message_info_t& info) : info_(info) {}
   explicit MessageInfo(const takt::MessageInfo& info);
+  MessageInfo(const MessageInfo&) = default;
+  MessageInfo& operator=(const MessageInfo&) = default;
+  ~MessageInfo() {}  // NOLINT: not trivial, see Time
 
   const rmw_message_info_t& get_rmw_message_info() const { return info_; }
   rmw_message_info_t& get_rmw_message_info() { return info_; }

@@ -60,6 +60,14 @@ class Time {
 inline Time operator+(const Duration& duration, const Time& time) {
   return time + duration;
 }
+inline builtin_interfaces::msg::Time operator+(const builtin_interfaces::msg::Time& stamp,
+                                               const Duration& duration) {
+  return Time(stamp) + duration;
+}
+inline builtin_interfaces::msg::Time operator-(const builtin_interfaces::msg::Time& stamp,
+                                               const Duration& duration) {
+  return Time(stamp) - duration;
+}
 
 }  // namespace rclcpp
 
