@@ -15,11 +15,11 @@ CHECKS = {
     "bounds": ("observed ≤ simulated in 99 % of chains; neither above the bound", 10000, SEARCH + "Observed*",
                r"^seeds .*?: (of .*)$"),
     "traces": ("the executors, and threads on CPUs, do what the oracle says", 2000, "{bin}/analysis_test --gtest_filter=Oracle.*",
-               r"^(.*\d+ executions are the same.*)$"),
-    "cpus": ("the model of CPUs does what its words say in steps; a reservation has its supply in each window", 0,
-             "{bin}/base_test --gtest_filter=CpuModel.DoesInEvents*:CpuModel.AReservationHasItsSupply*", r"\[  PASSED  \] (.*)\.$"),
+               r"(\d+) executions are the same"),
+    "cpus": ("2,000 sets of threads end when the words say in steps; 300 reservations have their supply in each window", 0,
+             "{bin}/base_test --gtest_filter=CpuModel.DoesInEvents*:CpuModel.AReservationHasItsSupply*", None),
     "search": ("a search finds 0.95 of the worst of 60 drawn scenarios, in 99 % of chains", 500, SEARCH + "FindsWhatOthersFind",
-               r"^(?:seeds .*?: )?(\S.*chain.*)$"),
+               r"^(?:seeds .*?: )?(.*chain.*)$"),
     "witnesses": ("a witness misses each time, on one CPU of the host and on all", 100, SEARCH + "AWitnessMissesEachTime",
                   r"^(.*witnesses.*)$"),
     "exact": ("a search reaches 90 % of bounds that are exact, in 80 % of systems", 500, SEARCH + "ComesCloseToExactBounds",
@@ -36,8 +36,10 @@ def used_s():
 
 
 def found(output, pattern):
-    """What the output says, each line once; of mutants how many, and how long the slowest took."""
+    """What the output says: its lines, or how many executions; of mutants how many, and how long the slowest took."""
     lines = re.findall(pattern, output, re.M) if pattern else []
+    if lines and all(line.isdigit() for line in lines):
+        return f"{sum(map(int, lines)):,} executions are the same"
     seconds = [float(value) for line in lines for value in re.findall(r"\((\d+\.\d) s of CPU\)", line)]
     if not seconds:
         return "; ".join(re.sub(" +", " ", line).strip() for line in lines) or "no difference"
@@ -65,8 +67,8 @@ def measure(names, root, commit):
 
 
 def section(rows, table):
-    shown = [[CHECKS[name][0], f"{row['systems']:,}" if row["systems"] else "", row["found"], f"{row['cpu_s']:.0f} s",
+    shown = [[CHECKS[name][0], f"{row['systems']:,}" if row["systems"] else "as it says", row["found"], f"{row['cpu_s']:.0f} s",
               f"{row['date']}, {row['commit'][:9]}, load {row['load']:.1f}"] for name, row in rows.items()]
     return ("## What holds\n\nTried with more systems than `./dev test` has, each by `./dev results simulation NAME`: "
             f"{', '.join(f'`{name}`' for name in rows)}, in this order.\n\n" +
-            table(["what", "random systems", "found", "CPU", "when"], shown))
+            table(["what", "tried", "found", "CPU", "when"], shown))
