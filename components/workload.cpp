@@ -288,8 +288,9 @@ void Maker<AnyNode>::make_subscriptions() {
 
 template <class AnyNode>
 void Maker<AnyNode>::make_relays() {
-  const Strings from = strings("relays.input"), to = strings("relays.output");
+  const Strings from = strings("relays.input");
   if (from.empty()) return;
+  const Strings to = strings("relays.output");
   const Integers relay_works = integers("relays.work_us"),
                  relay_sizes = integers("relays.size_bytes"),
                  relay_depths = integers("relays.depth");
@@ -317,8 +318,8 @@ void Maker<AnyNode>::make_relays() {
 template <class AnyNode>
 void Maker<AnyNode>::make_services() {
   const Strings asked = strings("clients.service"), served = strings("servers.service");
-  const Integers ask_periods = integers("clients.period_us"),
-                 serve_works = integers("servers.work_us");
+  const Integers ask_periods = asked.empty() ? Integers() : integers("clients.period_us"),
+                 serve_works = served.empty() ? Integers() : integers("servers.work_us");
   for (std::size_t i = 0; i < asked.size(); ++i) {
     add_client(asked[i], std::chrono::microseconds(entry<std::int64_t>(ask_periods, i, asked.size(),
                                                                        "clients.period_us", 0)));
@@ -402,12 +403,11 @@ void Maker<AnyNode>::add_publisher(const Publishing& publishing) {
   // Enough messages for the queues of all subscriptions. If all are in use, skip this publication.
   entities_.allocates |= publishing.pass_by != "loaned_msg";
   const std::size_t loans = publishing.pass_by == "loaned_msg" ? 2 * publishing.qos.depth + 4 : 0;
-  check_memory(publishing.topic, std::max(publishing.size_bytes, publishing.fixed_bytes),
-               std::max(loans, publishing.qos.depth));
+  const std::size_t bytes = std::max(publishing.size_bytes, publishing.fixed_bytes);
+  check_memory(publishing.topic, bytes, std::max(loans, publishing.qos.depth));
   const auto fresh = prototype(std::type_identity<T>{}, publishing.size_bytes);
   const std::string timer = timer_name(publishing.topic);
   works(timer, publishing.work);
-  const std::size_t bytes = std::max(publishing.size_bytes, publishing.fixed_bytes);
   sends(timer, bytes, publishing.fill_bytes + (loans == 0 ? bytes : 0));
   auto publisher = node_.template create_publisher<T>(publishing.topic, publishing.qos,
                                                       {.loans = loans,

@@ -52,10 +52,9 @@ void check_names(const ComponentDescription& component, const Node& node,
     const auto found = lines.find(name);
     return found != lines.end() ? found->second : component.where;
   };
-  const std::vector<std::string> declared = node.list_parameters().names;
   for (const std::string& name : node.unused_parameters()) {
     const auto& where = line(component.parameter_lines, name);
-    if (!add(where, "parameter", name, suggest(name, declared))) return;
+    if (!add(where, "parameter", name, suggest(name, node.list_parameters().names))) return;
   }
   const std::vector<std::string> unused = node.unused_remaps();
   if (component.guest) {  // as a container of ROS 2 does, for which launch files are written

@@ -110,7 +110,8 @@ std::optional<ParameterValue> ParameterStore::try_to_declare(std::string_view na
     if (const auto found = unused_.find(name); found != unused_.end()) unused_.erase(found);
   }
   ++version_;
-  if (is_set) report({.added = values}, values);
+  const ParameterChanges changes{.added = values};
+  if (is_set) report(changes, std::move(values));
   return value;
 }
 
