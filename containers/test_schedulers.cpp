@@ -32,7 +32,7 @@ struct NeverConfigured : Forgetful {
 
 TAKT_REGISTER_SCHEDULER("good", "last come, first served", Good)
 namespace also_good {
-TAKT_REGISTER_SCHEDULER("also_good", "the same", Good)
+TAKT_REGISTER_SCHEDULER("also_good", "the same", Good, .keys = {{"q", "means nothing"}})
 }
 namespace forgetful {
 TAKT_REGISTER_SCHEDULER("forgetful", "for tests", Forgetful)

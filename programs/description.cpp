@@ -33,6 +33,7 @@ json describe(const Entity& entity) {
                  {"name", entity.name()},
                  {"group", entity.group()->name()}};
   if (entity.kind() == EntityKind::timer) result["period_ns"] = entity.period().count();
+  if (entity.kind() == EntityKind::client) result["topic"] = entity.topic();
   if (const auto* subscription = dynamic_cast<const SubscriptionBase*>(&entity)) {
     result["topic"] = subscription->topic();
     result["qos"] = describe(subscription->qos());
@@ -65,12 +66,13 @@ json describe(const Node& node) {
 
 }  // namespace
 
-void write_description(const std::vector<std::shared_ptr<Node>>& nodes,
-                       const std::vector<std::string>& others, const std::string& path) {
-  json described = json::array();
-  for (const auto& node : nodes) described.push_back(describe(*node));
-  write_output(path, std::string(kTaktsJson) +
-                         rt::json_text(json{{"nodes", described}, {"others", others}}) + '\n');
+void write_description(const std::vector<std::shared_ptr<const Node>>& nodes,
+                       const std::vector<std::shared_ptr<const Node>>& others,
+                       const std::string& path) {
+  json described = {{"nodes", json::array()}, {"others", json::array()}};
+  for (const auto& node : nodes) described["nodes"].push_back(describe(*node));
+  for (const auto& node : others) described["others"].push_back(describe(*node));
+  write_output(path, std::string(kTaktsJson) + rt::json_text(described) + '\n');
 }
 
 }  // namespace takt::programs

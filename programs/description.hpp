@@ -14,8 +14,9 @@ namespace takt::programs {
 /// Writes their names, groups, callbacks and the topics that they publish as JSON, for
 /// tools/takt/analyze/program_nodes.cpp; without the services of their parameters. `others`: the
 /// nodes that the file does not name. Throws Error if it cannot be written.
-void write_description(const std::vector<std::shared_ptr<Node>>& nodes,
-                       const std::vector<std::string>& others, const std::string& path);
+void write_description(const std::vector<std::shared_ptr<const Node>>& nodes,
+                       const std::vector<std::shared_ptr<const Node>>& others,
+                       const std::string& path);
 
 }  // namespace takt::programs
 

@@ -206,10 +206,12 @@ bool Program::removes(const Node& node, const CallbackGroup* group) const {
   return !is_static && !serves(node, group);
 }
 
-void Program::made(const Node& node) {
+void Program::made(const std::shared_ptr<const Node>& node) {
   if (!file_) return;
   const std::lock_guard lock(mutex_);
-  names_.insert(node.fully_qualified_name());
+  const std::string& name = node->fully_qualified_name();
+  // One of a name will do, but where all that live are described.
+  if (!variables_.nodes.empty() || !made_.contains(name)) made_.emplace(name, node);
 }
 
 namespace {
@@ -256,10 +258,11 @@ bool Program::add(const std::shared_ptr<Node>& node, const Executor& executor,
 
 void Program::check_nodes() const {
   std::vector<std::string> errors;
-  const std::vector<std::string> names(names_.begin(), names_.end());
+  std::vector<std::string> names;
+  for (const auto& [name, node] : made_) names.push_back(name);
   for (const ComponentDescription& component : file_->components) {
     const std::string name = full_name(component);
-    if (names_.contains(name)) continue;
+    if (made_.contains(name)) continue;
     errors.push_back(
         Error("this program has no node '" + name + "'", suggest(name, names), component.where)
             .what());
@@ -279,15 +282,16 @@ bool Program::has_all_nodes() const {
 // Does not return: nobody waits for what its callbacks would do.
 void Program::describe_nodes() const {
   check_nodes();
-  std::vector<std::shared_ptr<Node>> nodes;
-  std::set<std::string> others = names_;
+  std::vector<std::shared_ptr<const Node>> nodes, others;
   for (const auto& weak : added_) {
-    const auto node = weak.lock();
-    if (node == nullptr) continue;
-    others.erase(node->fully_qualified_name());
-    nodes.push_back(node);
+    if (auto node = weak.lock()) nodes.push_back(std::move(node));
   }
-  write_description(nodes, {others.begin(), others.end()}, variables_.nodes);
+  for (const auto& [name, weak] : made_) {
+    auto node = weak.lock();
+    if (node != nullptr && std::find(nodes.begin(), nodes.end(), node) == nodes.end())
+      others.push_back(std::move(node));
+  }
+  write_description(nodes, others, variables_.nodes);
   std::_Exit(0);
 }
 

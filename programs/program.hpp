@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -67,7 +68,7 @@ class Program {
   bool is_serving() const noexcept { return is_serving_.load(); }
 
   /// A node of the program, which makes or drops it.
-  void made(const Node& node);
+  void made(const std::shared_ptr<const Node>& node);
   void gone(const Node& node) noexcept;
   /// It, or this group of it, is to be added to an executor, for the first time or again. False:
   /// one of the file serves it.
@@ -106,8 +107,8 @@ class Program {
   std::optional<SystemDescription> file_;
   std::atomic<bool> is_serving_{false};
 
-  mutable std::mutex mutex_;     // guards all below; nothing of the program's runs under it
-  std::set<std::string> names_;  // of all nodes that there have been
+  mutable std::mutex mutex_;  // guards all below; nothing of the program's runs under it
+  std::multimap<std::string, std::weak_ptr<const Node>> made_;  // all nodes that there have been
   std::vector<std::weak_ptr<Node>> added_;
   std::vector<LongSpin*> spinning_;
   std::shared_ptr<Container> container_;

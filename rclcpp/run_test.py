@@ -172,6 +172,15 @@ def is_analysed(folder):
         check("a chain does not go through an executor of the program",
               "chain 'talks': '/chatter' has an executor already" in done.stderr and "SIGABRT" not in done.stderr,
               done.stderr)
+    alone = file.read_text().replace("""  /talker:
+    executor: fast
+    callbacks: {timer_1ms: {execution: 10us}}
+""", "").replace("talker/timer_1ms, ", "")
+    (folder / "alone.yaml").write_text(alone)
+    done = run("analyze", str(folder / "alone.yaml"), "--json", "-", "--", program, status=1)
+    chain = json.loads(done.stdout)["chains"][0]
+    check("a node that the file does not name sends", chain["verdict"] == "model refuted" and
+          "'/talker', a node of the program that is not in the file, may send to" in json.dumps(chain), chain, done.stderr)
     file.write_text(file.read_text().replace("timer_1ms: {", "timer_2ms: {"))
     done = run("analyze", str(file), "--", program, status=2)
     check("a name that it does not have is an error", "did you mean 'timer_1ms'" in done.stderr, done.stderr)

@@ -59,6 +59,29 @@ TEST(Guarantee, WhatRanInTheModelCountsWhoeverHasSentIt) {
   EXPECT_FALSE(bound_of(with_orphan(), &measured).bound);
 }
 
+// It sent by a publisher of a node that nobody knows, and counted as sending nothing, as the known
+// sender could explain as many executions.
+TEST(Guarantee, WhatARunHasShownIsSentAlsoWithoutAPublisher) {
+  const std::string text = with_orphan() + R"(
+    - component: takt::Workload
+      name: z
+      executor: default
+      parameters: {publishers: {topic: [q], period_us: [100000], work_us: [1000]}}
+)";
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks = {
+      {.name = "/y/t_timer", .executions = 100, .longest_execution = 1ms, .causes = {{"/s/t", 1}}},
+      {.name = "/s/t", .executions = 100, .longest_execution = 4ms, .least_distances = {1ms}},
+      {.name = "/z/q_timer", .executions = 100, .longest_execution = 1ms}};
+  const Nanoseconds bound = *bound_of(text, &measured).bound;
+  EXPECT_NE(verdict_of(text, &measured), Verdict::refuted);
+  measured.callbacks[2].causes = {{"/s/t", 3}};
+  EXPECT_GE(*bound_of(text, &measured).bound, bound + 4ms);
+  EXPECT_EQ(verdict_of(text, &measured), Verdict::refuted);
+  EXPECT_THAT(analyzed(text, &measured).text_of("as_measured"),
+              HasSubstr("'/z/q_timer' sent to '/s/t', and its node has no publisher"));
+}
+
 // It was ignored: a timer that a callback makes, and a model of another system.
 TEST(Guarantee, WhatRanInTheModelAndIsNotInTheSystemIsNotIgnored) {
   MeasuredModel measured{.duration = 10s};

@@ -234,6 +234,7 @@ void AssumptionFinder::add_who_else_sends() {
                   ? "nothing comes to {} from outside of the file but what its `arrival` says"
               : receives ? "nobody outside of the file sends to {}"
                          : "nobody outside of the file receives what {} sends, which takes time");
+    if (receives) add_other_nodes(i);
     // In a container, the threads `requests` serve these requests.
     if (process_of(i)->is_program)
       assume_of(i, "no_other_publishers", "nobody asks the parameter services of the node of {}");

@@ -169,6 +169,9 @@ double execution_scale(const SystemDescription& description, const Node& node,
 /// A longer bound counts as none: it fits the deadlines and periods of the model.
 analysis::Time longest_bound(const SystemModel& model);
 
+/// "/map", from the topic of a service's requests or replies: "rq/mapRequest", "rr/mapReply".
+std::string service_of(std::string_view topic);
+
 /// Throws Error: this callback or chain of the model cannot be of the system.
 [[noreturn]] void refuse_model(const MeasuredModel& model, const std::string& entry,
                                const std::string& what);
@@ -227,6 +230,7 @@ class AssumptionFinder : public MeasuredRun {
                        std::optional<std::size_t> executor);
   void add_assumptions_of_start();
   void add_who_else_sends();
+  void add_other_nodes(std::size_t receiver);
   void add_what_others_may_change();
   void add_nodes_that_may_rest();
   void add_switches_of_modes();
@@ -308,6 +312,7 @@ class ModelBuilder : public ChainFinder {
   void forget_outputs_of_dropped();
   void link();
   void link_publishers(std::size_t subscription);
+  void link_unexplained();
   bool is_offered(const PublishingCallbacks& publishing, std::size_t from,
                   std::size_t subscription);
   void add_publishers();

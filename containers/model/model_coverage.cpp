@@ -76,10 +76,7 @@ void AssumptionFinder::add_keys_not_covered() {
       const bool has_its_type = key.key == "library" && described != description_.executors.end() &&
                                 part.description->type == described->type;
       const bool is_it = part.description->name == key.entry || has_its_type;
-      // Any order has a bound; only a statement about another order may be wrong.
-      const bool has_order = part.scheduler == key.entry &&
-                             model_.system.executors[i].order != analysis::Order::arbitrary;
-      if (is_of_executor ? !is_it : !has_order) continue;
+      if (is_of_executor ? !is_it : part.scheduler != key.entry) continue;
       fact.executor = i;
       assume(fact);
     }
@@ -120,6 +117,25 @@ void AssumptionFinder::add_lifecycle_nodes() {
                 .executor = part});
       }
     }
+  }
+}
+
+// What nodes send that the program has besides those of the file.
+void AssumptionFinder::add_other_nodes(std::size_t receiver) {
+  const Entity& entity = *callbacks_[receiver]->entity;
+  const std::string topic = entity.topic();
+  const bool is_service = entity.kind() == EntityKind::service;
+  for (const auto& [node, topics] : process_of(receiver)->others) {
+    const bool sends = std::any_of(topics.begin(), topics.end(), [&](const std::string& its) {
+      return its == topic ||
+             (is_service && its.starts_with('r') && service_of(its) == service_of(topic));
+    });
+    if (!sends) continue;
+    assume_of(receiver, "no_other_publishers",
+              fmt::format("'{}', a node of the program that is not in the file, may send to {{}}: "
+                          "name it in `nodes`",
+                          node),
+              "the program", Assumption::State::refuted);
   }
 }
 

@@ -10,21 +10,16 @@
 #include "takt/base/counted.hpp"
 #include "takt/containers/model/model_builder.hpp"
 #include "takt/entities/subscription.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
 
 namespace takt {
 
 using analysis::Count;
 using analysis::kUnbounded;
 
-namespace {
-
-/// "/map", from the topic of a service's requests or replies: "rq/mapRequest", "rr/mapReply".
-std::string service_of(const Entity& entity) {
-  const std::string topic = entity.topic();
-  return topic.substr(2, topic.rfind('R') - 2);
+std::string service_of(std::string_view topic) {
+  return std::string(topic.substr(2, topic.rfind('R') - 2));
 }
-
-}  // namespace
 
 void ModelBuilder::link() {
   std::vector<const MeasuredCallback*> seen;
@@ -36,6 +31,7 @@ void ModelBuilder::link() {
     if (kind == EntityKind::client) link_answers(to);
     if (kind == EntityKind::subscription) link_publishers(to);
   }
+  link_unexplained();
   for (std::size_t from = 0; from < callbacks_.size(); ++from) {
     for (const analysis::Output& output : model_.system.callbacks[from].outputs)
       model_.callbacks[from].other_receivers += std::max<Count>(1, output.messages);
@@ -46,10 +42,10 @@ void ModelBuilder::link() {
 // Any callback of a node may call through the node's clients. A callback of a response counts only
 // if a run has shown the call: otherwise each service would lie on a cycle.
 void ModelBuilder::link_callers(std::size_t service) {
-  const std::string name = service_of(*callbacks_[service]->entity);
+  const std::string name = service_of(callbacks_[service]->entity->topic());
   for (const ModelledProcess::Callback* const client : callbacks_) {
     const Entity& entity = *client->entity;
-    if (entity.kind() != EntityKind::client || service_of(entity) != name) continue;
+    if (entity.kind() != EntityKind::client || service_of(entity.topic()) != name) continue;
     for (std::size_t from = 0; from < callbacks_.size(); ++from) {
       if (callbacks_[from]->node != client->node) continue;
       const bool is_response = callbacks_[from]->entity->kind() == EntityKind::client;
@@ -60,10 +56,11 @@ void ModelBuilder::link_callers(std::size_t service) {
 }
 
 void ModelBuilder::link_answers(std::size_t client) {
-  const std::string name = service_of(*callbacks_[client]->entity);
+  const std::string name = service_of(callbacks_[client]->entity->topic());
   for (std::size_t from = 0; from < callbacks_.size(); ++from) {
     const Entity& entity = *callbacks_[from]->entity;
-    const bool is_service = entity.kind() == EntityKind::service && service_of(entity) == name;
+    const bool is_service =
+        entity.kind() == EntityKind::service && service_of(entity.topic()) == name;
     if (is_service) link(answering(from), client, {name});
     if (!is_service && topics_.at_once(from, client)) link(from, client, {name});
   }
@@ -110,6 +107,34 @@ void ModelBuilder::link_publishers(std::size_t to) {
     const bool may_send = names.empty() || is_declared || topics_.at_once(from, to).has_value();
     if (may_send && is_offered(*publishing, from, to)) {
       link(from, to, {topic, is_declared, publishing->joins});
+    }
+  }
+}
+
+// What a run has shown counts, also if the constructed node has no publisher or client of it:
+// another node has it, or the node makes it later. Nobody knows what that one offers.
+void ModelBuilder::link_unexplained() {
+  for (const ModelledTopic& topic : topics_.all()) {
+    const Entity& entity = *callbacks_[topic.receivers.front()]->entity;
+    const bool is_service = entity.kind() == EntityKind::service;
+    if (!is_service && entity.kind() != EntityKind::subscription) continue;
+    for (const auto& [from, messages] : topic.at_once) {
+      const auto& outputs = model_.system.callbacks[from].outputs;
+      if (std::any_of(outputs.begin(), outputs.end(), [&](const analysis::Output& output) {
+            return &topics_.of(output.to) == &topic;
+          })) {
+        continue;
+      }
+      for (const std::size_t to : topic.receivers) {
+        link(from, to, {is_service ? service_of(entity.topic()) : std::string(entity.topic())});
+        if (dynamic_cast<const LifecycleNode*>(callbacks_[from]->node.get()) != nullptr) continue;
+        assume_of(
+            to, "as_measured",
+            fmt::format("in the measured run '{}' sent to {{}}, and its node has no {} that "
+                        "does so when it is constructed",
+                        model_.system.callbacks[from].name, is_service ? "client" : "publisher"),
+            measured_source(), Assumption::State::refuted);
+      }
     }
   }
 }

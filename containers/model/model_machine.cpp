@@ -148,10 +148,12 @@ void AssumptionFinder::add_orders() {
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     const std::string& name = parts_[i].scheduler;
     if (std::find(kOfTakt.begin(), kOfTakt.end(), name) != kOfTakt.end()) continue;
-    if (model_.system.executors[i].order == analysis::Order::arbitrary) continue;
+    const bool has_any_order = model_.system.executors[i].order == analysis::Order::arbitrary;
     assume({.id = "as_declared",
             .state = State::unchecked,
-            .text = fmt::format("scheduler '{}' always orders as its traits say", name),
+            .text = fmt::format("scheduler '{}' always {}", name,
+                                has_any_order ? "has a callback to run while one waits"
+                                              : "orders as its traits say"),
             .name = {},
             .source = "its library",
             .executor = i});

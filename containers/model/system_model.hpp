@@ -3,6 +3,7 @@
 #ifndef TAKT_CONTAINERS_MODEL_SYSTEM_MODEL_HPP_
 #define TAKT_CONTAINERS_MODEL_SYSTEM_MODEL_HPP_
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -54,6 +55,9 @@ struct ModelledProcess {
   std::vector<Member> nodes;
   /// A program may do more than the file describes.
   bool is_program = false;
+  /// Its nodes that the file does not name, and the topics, also of services, to which they send.
+  using OtherNodes = std::map<std::string, std::set<std::string>>;
+  OtherNodes others;
   std::size_t mode = 0;  // the place in SystemDescription::modes, from 1; 0: normal
 };
 

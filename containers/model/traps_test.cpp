@@ -398,6 +398,20 @@ TEST(Traps, AnOrderIsClaimedByItsLibrary) {
   EXPECT_THAT(text("fixed_priority"), Not(HasSubstr("orders as its traits")));
 }
 
+// By its own key it may hold a callback back, whatever its order.
+TEST(Traps, AnArbitraryOrderRunsWhatWaits) {
+  const auto found = [](const char* key) {
+    return TrapFile{.top = fmt::format("schedulers: {{also_good: {{library: {}{}}}}}\n",
+                                       TAKT_TEST_SCHEDULERS, key),
+                    .executor = "type: events, scheduler: also_good"}
+        .analyzed();
+  };
+  EXPECT_THAT(found("").text_of("as_declared"),
+              HasSubstr("scheduler 'also_good' always has a callback to run while one waits"));
+  EXPECT_NE(found("").verdict(), Verdict::not_covered);
+  EXPECT_EQ(found(", q: 5ms").verdict(), Verdict::not_covered);
+}
+
 // What triggers a guard condition twice before it runs is served once.
 TEST(Traps, TriggersMayBeServedAtOnce) {
   const auto why_lossy = [](const char* distances) {

@@ -123,12 +123,14 @@ SimulatedBodies::Callback SimulatedBodies::described(const ModelledProcess::Call
                   .waits = model.callbacks[index].waits,
                   .is_known = provenance != Provenance::unknown,
                   .runs = component != nullptr || running_ != nullptr,
-                  .says_itself = said && provenance == Provenance::exact,
                   .is_by_clock = provenance == Provenance::promised,
                   .joins = false,
                   .sent = {},
                   .steps = {}};
-  if (result.says_itself) result.besides += result.longest - *said;
+  if (said && provenance == Provenance::exact) {
+    result.least = result.longest;
+    result.seen = {};
+  }
   if (result.runs) return result;
   const CallbackParameters parameters = callback.parameters();
   if (is_of_user(parameters.on_deadline_miss) || is_of_user(parameters.on_overrun))
@@ -207,7 +209,6 @@ Nanoseconds SimulatedBodies::drawn(Nanoseconds least, Nanoseconds longest) {
 }
 
 Nanoseconds SimulatedBodies::time_of(const Callback& callback) {
-  if (callback.says_itself) return callback.besides;
   if (draws_ && callback.seen.are_distributed()) return random_.one_of(callback.seen);
   return drawn(callback.least, callback.longest) + callback.besides;
 }
@@ -235,7 +236,6 @@ void SimulatedBodies::run_body(const Callback& callback, Entity& entity, Slot& s
     entity.discard(slot);
     throw std::runtime_error("a fault of the scenario");
   }
-  if (callback.says_itself) return entity.execute(slot);
   if (callback.runs) return run_own_code(callback, entity, slot);
   entity.discard(slot);
   for (const Sent& sent : callback.sent) {

@@ -89,11 +89,11 @@ class SimulatedBodies final : public ExecutionModel {
   };
   struct Callback {
     std::string name;
-    Nanoseconds least{0}, longest{0};  // without waits; unused if `says_itself`
+    Nanoseconds least{0}, longest{0};  // without waits
     MeasuredTimes seen;                // drawn instead, if known
     Nanoseconds besides{0};            // the cost of sending
     Nanoseconds waits{0};              // the longest one
-    bool is_known = false, runs = false, says_itself = false;
+    bool is_known = false, runs = false;
     bool is_by_clock = false;  // takes as long on each CPU
     bool joins = false;        // it is an input of a join
     std::vector<Sent> sent;

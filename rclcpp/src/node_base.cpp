@@ -79,7 +79,7 @@ NodeBaseInterface::NodeBaseInterface(const std::string& name, const std::string&
   }
   node_ = make_node(name, name_space, make);
   name_space_ = node_->name_space().empty() ? "/" : node_->name_space();
-  if (!options_.takt()) takt::programs::Program::instance().made(*node_);
+  if (!options_.takt()) takt::programs::Program::instance().made(node_);
 }
 NodeBaseInterface::~NodeBaseInterface() {
   if (!options_.takt()) takt::programs::Program::instance().gone(*node_);

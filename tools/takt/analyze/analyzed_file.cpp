@@ -227,11 +227,13 @@ void remember_cpus(const std::vector<ThreadDescription>& from, std::vector<Threa
 /// Finds the nodes of a program.
 auto stand_ins(AnalyzedFile& file, const nlohmann::json& nodes) {
   file.program = std::make_shared<ProgramNodes>(nodes, file.system);
-  if (const auto others = file.program->others(); !others.empty()) {
+  if (const auto& others = file.program->others(); !others.empty()) {
+    std::vector<std::string> names;
+    for (const auto& [name, topics] : others) names.push_back(name);
     file.system.notes.push_back(
         fmt::format("the program's own executors, which are not analysed, serve its nodes that are "
                     "not in the file: {}",
-                    fmt::join(others, ", ")));
+                    fmt::join(names, ", ")));
   }
   for (const std::string& group : file.program->own_groups()) {
     file.system.notes.push_back(fmt::format(
@@ -268,6 +270,7 @@ AnalyzedFile analyze_system(SystemDescription system, const AnalyzeOptions& opti
     file.containers.push_back(std::make_unique<Container>(process, overrides));
     file.processes.push_back(file.containers.back()->modelled());
     file.processes.back().is_program = file.program != nullptr;
+    if (file.program != nullptr) file.processes.back().others = file.program->others();
     remember_cpus(threads, file.processes.back().threads);
     for (const auto& callback : file.processes.back().callbacks) {
       if (nodes.empty() || nodes.back() != callback.node) nodes.push_back(callback.node);

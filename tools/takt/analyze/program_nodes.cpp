@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "takt/messages/rcl_interfaces/srv/get_parameters.hpp"
 #include "takt/messages/std_msgs/msg/string.hpp"
@@ -66,8 +67,15 @@ bool gives_executor(const SystemDescription& file, const std::string& node,
 }  // namespace
 
 ProgramNodes::ProgramNodes(const json& description, const SystemDescription& file)
-    : own_(executors().make("single_threaded", {})), others_(description.at("others")) {
+    : own_(executors().make("single_threaded", {})) {
   for (const json& node : description.at("nodes")) add(node, file);
+  for (const json& node : description.at("others")) {
+    std::set<std::string>& topics = others_[node.at("name")];
+    for (const json& publisher : node.at("publishes")) topics.insert(publisher.at("topic"));
+    for (const json& callback : node.at("callbacks")) {
+      if (callback.at("kind") == "client") topics.insert(callback.at("topic"));
+    }
+  }
 }
 
 void ProgramNodes::add(const json& description, const SystemDescription& file) {

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "takt/containers/configuration/system_description.hpp"
+#include "takt/containers/model/system_model.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/nodes/node.hpp"
 
@@ -23,7 +24,7 @@ class ProgramNodes {
   /// nullptr: there is none of this full name.
   std::shared_ptr<Node> find(const std::string& name) const;
   /// Of the program, but not of its file.
-  const std::vector<std::string>& others() const noexcept { return others_; }
+  const ModelledProcess::OtherNodes& others() const noexcept { return others_; }
   /// Those that an executor of the program has, and the file gives none: "/node/group".
   const std::vector<std::string>& own_groups() const noexcept { return own_groups_; }
 
@@ -33,7 +34,8 @@ class ProgramNodes {
   const std::unique_ptr<Executor> own_;  // stands for the program's
   std::vector<std::shared_ptr<Node>> nodes_;
   std::vector<std::shared_ptr<void>> handles_;  // of what the nodes have
-  std::vector<std::string> others_, own_groups_;
+  ModelledProcess::OtherNodes others_;
+  std::vector<std::string> own_groups_;
 };
 
 }  // namespace takt::tools

@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/containers/component.hpp"
 #include "takt/containers/configuration/configuration_file_test.hpp"
 #include "takt/containers/simulation/scenario_search.hpp"
 #include "takt/measuring/json_text.hpp"
@@ -307,5 +308,30 @@ TEST(ReplayCommand, HasWhatDiffersFromTheFile) {
             "--duration 2s --replay 1,worst,all=0s");
 }
 
+/// Its callback does nothing, and its component says how long it takes.
+class SaysItsTime : public Node, public KnowsExecutionTimes {
+ public:
+  explicit SaysItsTime(const NodeOptions& options) : Node("says", options) {}
+  std::optional<Nanoseconds> execution_time(std::string_view) const override { return 3ms; }
+
+ private:
+  Timer::SharedPtr timer_ = create_timer("tick", 10ms, [] {});
+};
+
+TEST(Search, ACallbackTakesWhatItsComponentSays) {
+  const SystemDescription system = ConfigurationFile("system.yaml", R"(
+machine: {cpus: 1, rt_runtime: unlimited, exclusive: true}
+chains: [{name: c, path: [s/tick]}]
+container:
+  name: robot
+  components: [{component: 'takt::tools::SaysItsTime', name: s}]
+)")
+                                       .read();
+  const Simulation simulation(system, {.overrides = {}, .measured = {}, .duration = 100ms});
+  EXPECT_EQ(simulation.run({}).result.chains.at(0).statistics.latency.max(), 3ms);
+}
+
 }  // namespace
 }  // namespace takt::tools
+
+TAKT_REGISTER_COMPONENT(takt::tools::SaysItsTime, "says how long it takes")
