@@ -50,7 +50,7 @@ void ContainerLifecycle::bring_up() {
   if (setting_.participant != nullptr || setting_.overrides.find_node) return;
   for (const std::string& name : unconfigured()) {
     log(LogLevel::warn,
-        "lifecycle: nobody can configure '{}': the file has neither `lifecycle` nor `dds`", name);
+        "lifecycle: nobody can configure '{}'; list it in `lifecycle: {{bring_up: [...]}}`", name);
   }
 }
 

@@ -420,6 +420,21 @@ TEST(CodeTraps, NoProcessStartsAgain) {
   EXPECT_EQ(text("").find("starts again"), std::string::npos);
 }
 
+// The advice was a path that is an error.
+TEST(CodeTraps, AChainBeginsBehindAService) {
+  EXPECT_THAT(analyzed(R"(
+executors: {default: {type: events}}
+container:
+  components:
+    - {component: takt::Workload, name: a, executor: default, parameters: {clients: {service: [s], period_us: [10000]}}}
+    - {component: takt::Workload, name: b, executor: default, parameters: {servers: {service: [s]}}}
+chains: [{name: c, path: [b/s]}]
+)")
+                  .bound()
+                  .why_not,
+              HasSubstr("begin the path behind 'b/s'"));
+}
+
 }  // namespace
 }  // namespace tricky
 

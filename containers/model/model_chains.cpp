@@ -111,9 +111,10 @@ analysis::Time ChainFinder::delay_before(std::size_t first) {
     }
   }
   const Entity& entity = *callbacks_[first]->entity;
-  if (entity.kind() == EntityKind::timer || !model_.system.callbacks[first].arrivals) {
-    return longest;
-  }
+  const EntityKind kind = entity.kind();
+  const bool receives =
+      kind == EntityKind::subscription || kind == EntityKind::service || kind == EntityKind::client;
+  if (!receives || !model_.system.callbacks[first].arrivals) return longest;
   const auto stated = description_.delays.find(std::string(entity.topic()));
   if (stated != description_.delays.end()) {
     return std::max(longest, stated->second.longest.count());
@@ -131,6 +132,12 @@ std::string ChainFinder::why_it_begins_before(std::size_t first) {
   if (all[first].arrivals) return {};
   for (const std::size_t from : topics_.senders(first)) {
     if (process_of(from) != process_of(first) || nothing_passes_.contains({from, first})) continue;
+    if (callbacks_[first]->entity->kind() != EntityKind::subscription) {
+      return fmt::format(
+          "requests to services and their answers are no steps of a chain: begin the path behind "
+          "'{}'",
+          all[first].name.substr(1));
+    }
     return fmt::format(
         "what comes to '{}' comes from '{}' in the same process, so no instance begins there: "
         "begin the path with '{}' or before it",
