@@ -21,6 +21,14 @@ class FilePlace {
   FilePlace(std::string folder, std::string path)
       : folder_(std::move(folder)), path_(std::move(path)) {}
 
+  /// The same place, only to ask whether a file can be written there: see OutputFile.
+  FilePlace as_checked_only() const {
+    FilePlace place = *this;
+    place.is_checked_only_ = true;
+    return place;
+  }
+
+  bool is_checked_only() const noexcept { return is_checked_only_; }
   bool is_beneath() const noexcept { return !folder_.empty(); }
   /// For messages, and to open a file that may lie anywhere.
   std::string path() const { return is_beneath() ? folder_ + "/" + path_ : path_; }
@@ -31,6 +39,7 @@ class FilePlace {
  private:
   std::string folder_;  // empty: anywhere
   std::string path_;
+  bool is_checked_only_ = false;
 };
 
 /// Throws Error unless the folder exists, and only its owner or its group can change it.

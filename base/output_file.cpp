@@ -178,7 +178,10 @@ bool OutputFile::may_overwrite() noexcept {
 
 OutputFile::OutputFile(const FilePlace& place, Whose whose)
     : path_(place.path()), has_mark_(whose != Whose::takt) {
-  if (place.is_beneath() || whose == Whose::person) {
+  if (place.is_checked_only()) {
+    check(place);
+    fd_ = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  } else if (place.is_beneath() || whose == Whose::person) {
     fd_ = place.open(O_CREAT | O_EXCL | O_WRONLY, 0666);
     is_new_ = true;
   } else if (const Target target = look_at(path_); !target.is_replaced) {

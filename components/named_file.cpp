@@ -8,6 +8,7 @@
 namespace takt {
 
 FilePlace named_file(const NodeOptions& options, const std::string& path) {
+  if (options.is_only_constructed) return FilePlace(path).as_checked_only();
   if (!options.guest) return path;
   const std::string& folder = options.guest->recordings;
   if (folder.empty()) {

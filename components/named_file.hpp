@@ -10,6 +10,7 @@
 
 namespace TAKT_INTERNAL takt {
 
+/// Of a node that is only constructed, no file is written: see FilePlace::as_checked_only().
 /// Throws Error if a request made the node, and the owner of the container permits it no files.
 FilePlace named_file(const NodeOptions& options, const std::string& path);
 

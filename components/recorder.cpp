@@ -69,6 +69,7 @@ Recorder::Recorder(const NodeOptions& options, Definitions definitions)
               static_cast<std::size_t>(
                   declare_parameter("buffers", 4, at_least("At the same time", 2))),
               declare_parameter("compression", std::string("none"), {.read_only = true})) {
+  is_complete_ = options.is_only_constructed;
   looking_ = create_timer("look", kLookPeriod, [this] { look(); });
   flush_ = create_timer("flush", std::chrono::hours(1), [this] { writer_.flush(); });
   flush_->cancel();

@@ -181,6 +181,31 @@ TEST_F(RecordingTest, AFifoIsRefused) {
               ThrowsMessage<Error>(HasSubstr("this is a FIFO")));
 }
 
+// `takt analyze` emptied the last recording: it made the recorder to see its callbacks.
+TEST_F(RecordingTest, ARecorderThatIsOnlyConstructedWritesNothing) {
+  { const Recorder recorder(options({{"file", path("old.mcap")}})); }
+  const auto content = [&] {
+    std::ifstream file(path("old.mcap"));
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string before = content();
+  ASSERT_GT(before.size(), 100u);
+  std::ofstream(path("precious")) << "precious";
+  const auto make = [&](const std::string& file) {
+    NodeOptions only = options({{"file", path(file)}});
+    only.is_only_constructed = true;
+    const Lines lines;
+    { const Recorder recorder(only); }
+    EXPECT_THAT(lines.get(), ElementsAre());
+  };
+  make("old.mcap");
+  EXPECT_EQ(content(), before);
+  make("new.mcap");
+  EXPECT_FALSE(std::filesystem::exists(path("new.mcap")));
+  EXPECT_THAT([&] { make("precious"); }, ThrowsMessage<Error>(HasSubstr("takt did not write it")));
+  EXPECT_THAT([&] { make("no_such_folder/a"); }, ThrowsMessage<Error>(HasSubstr("no_such_folder")));
+}
+
 // A request could name any file: a recorder in a container of root's overwrote root's scripts with
 // what anybody published, and a player published what only root may read.
 TEST_F(RecordingTest, ARequestUsesFilesBeneathTheFolderForRecordingsOnly) {

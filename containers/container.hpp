@@ -79,7 +79,7 @@ struct ContainerOverrides {
   /// Returns the node that a program has made for a description without a class. nullptr: there is
   /// no such node yet, and the component is left out.
   std::function<std::shared_ptr<Node>(const ComponentDescription&)> find_node;
-  /// Nothing is going to run, so tracepoints are not loaded.
+  /// Nothing is going to run: tracepoints are not loaded, and nodes know it.
   bool only_constructs = false;
   /// See ExecutorOptions. Set: the container is simulated, on a ManualClock with CPUs. It requests
   /// nothing from the operating system, and advances the clock itself when it stops.

@@ -153,6 +153,7 @@ std::shared_ptr<Loaded> make_component(const ContainerSetting& setting,
   options.log_level = component.log_level;
   options.participant = setting.participant;
   options.guest = component.guest;
+  options.is_only_constructed = setting.overrides.only_constructs;
   auto loaded = std::make_shared<Loaded>();
   loaded->description = component;
   options.clock = setting.overrides.clock;

@@ -48,6 +48,10 @@ struct NodeOptions {
   /// Set if a request of another process makes the node: that process, not the owner of this one,
   /// gives the parameters. They must not make the node use rights that the requester lacks.
   std::optional<Guest> guest;
+  /// Nothing of the node is going to run: `takt check --construct`, `plan`, `graph`, `analyze` and
+  /// `simulate` make it to see what it consists of. Then a constructor changes nothing outside of
+  /// its process: it opens no device and writes no file.
+  bool is_only_constructed = false;
   /// Ends the container that makes the node, in order, as a signal would; from any thread, without
   /// waiting. Empty: it cannot, or there is no container.
   std::function<void()> end_container;
