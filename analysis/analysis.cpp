@@ -20,6 +20,8 @@ constexpr std::size_t kMostPaths = 10'000;
 // Limit: rounds until the bounds of a system settle. At it: what has not settled has no bound.
 // Seen: the reason in the result.
 constexpr int kMostRounds = 1000;
+// Limit: looks at sources until then, some seconds. At it: as for rounds. Seen: the same.
+constexpr std::uint64_t kMostLooks = 200'000'000;
 
 /// The reason that says most of the system: that of a method that applies to every order.
 std::string reason(const Executor& executor, const std::vector<MethodBound>& answers) {
@@ -255,12 +257,15 @@ bool Solver::improve(int round) {
   find_throttled(parts_);
   find_busy(parts_);
   bool has_changed = false;
+  std::uint64_t looks = 0;
+  for (const Part& part : parts_) looks += part.looks;
+  const bool takes_too_long = round >= kMostRounds || looks >= kMostLooks;
   for (AnalysedPath& analysed : paths_) {
     const Time before = analysed.bound;
     analyse(analysed);
     if (analysed.bound == before) continue;
     has_changed = true;
-    if (round >= kMostRounds) analysed.bound = kUnbounded;
+    if (takes_too_long) analysed.bound = kUnbounded;
     if (analysed.bound >= kUnbounded) note_cause(analysed);
   }
   for (AnalysedPath& analysed : paths_) {

@@ -29,6 +29,7 @@ Time Part::demand(Time window, Time more) const {
     const Time each = plus(snapshot(), times(more, static_cast<Count>(callbacks.size())));
     return times(each, (window + executor.let_period - 1) / executor.let_period);
   }
+  looks += sources.size();
   for (std::size_t source = 0; source < sources.size(); ++source) {
     const Time each = plus(costs[source], times(more, counts[source]));
     result = plus(result, times(each, sources[source].curve.most(window)));

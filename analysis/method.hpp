@@ -61,9 +61,10 @@ struct Part {
   bool is_throttled = false;          // they may want more than that
   Time busy = 0;                      // the longest time without a break; see find_busy
   const std::vector<Part>* all = nullptr;
-  std::optional<Cause> cause;  // of the first that has no bound, if there is one
-  Time limit = 0;              // larger bounds are not of interest
-  bool explains = false;       // answers have terms
+  std::optional<Cause> cause;       // of the first that has no bound, if there is one
+  Time limit = 0;                   // larger bounds are not of interest
+  mutable std::uint64_t looks = 0;  // at sources, by demand(): what the analysis costs
+  bool explains = false;            // answers have terms
 
   const Callback& at(std::size_t callback) const { return system.callbacks[callback]; }
   /// Whether the callback causes by itself what it sends there, in its executor.

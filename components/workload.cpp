@@ -181,17 +181,16 @@ class Maker {
   /// "TOPIC_timer"; the timer of a second publisher of the same topic is "TOPIC_timer_2".
   std::string timer_name(const std::string& of) {
     const std::string first = identifier(of) + "_timer";
-    const int count = ++timers_[first];
+    const int count = ++names_[first];
     return count == 1 ? first : fmt::format("{}_{}", first, count);
   }
 
-  /// As the node names it: the second one of a topic is "TOPIC#2".
-  std::string subscription_name(const std::string& topic) {
-    const int count = ++subscriptions_[topic];
+  /// As the node names it: the second one of a topic, or of the name of a timer, is "TOPIC#2".
+  std::string entity_name(const std::string& topic) {
+    const int count = ++names_[topic];
     return count == 1 ? topic : fmt::format("{}#{}", topic, count);
   }
 
-  /// Of callbacks of one name, the longest.
   void works(const std::string& callback, Nanoseconds amount) {
     Nanoseconds& known = entities_.execution_times[callback];
     known = std::max(known, amount);
@@ -204,7 +203,7 @@ class Maker {
   }
 
   AnyNode& node_;
-  std::map<std::string, int> timers_, subscriptions_;
+  std::map<std::string, int> names_;
   WorkloadEntities entities_;
 };
 
@@ -335,8 +334,8 @@ void Maker<AnyNode>::add_client(const std::string& service, std::chrono::microse
   const auto client = node_.template create_client<WorkloadService>(service);
   const auto tracking_number = std::make_shared<std::uint64_t>(0);
   entities_.all.push_back(client);
+  works(entity_name(service), Nanoseconds::zero());
   const std::string timer = timer_name(service);
-  works(service, Nanoseconds::zero());
   works(timer, Nanoseconds::zero());
   sends(timer, sizeof(WorkloadService::Request));
   entities_.all.push_back(node_.create_timer(timer, period, [client, tracking_number] {
@@ -349,8 +348,9 @@ void Maker<AnyNode>::add_client(const std::string& service, std::chrono::microse
 
 template <class AnyNode>
 void Maker<AnyNode>::add_server(const std::string& service, std::chrono::microseconds work) {
-  works(service, work);
-  sends(service, sizeof(WorkloadService::Response));
+  const std::string name = entity_name(service);
+  works(name, work);
+  sends(name, sizeof(WorkloadService::Response));
   entities_.all.push_back(node_.template create_service<WorkloadService>(
       service, [work, &clock = node_.clock()](const WorkloadService::Request& request,
                                               WorkloadService::Response& response) {
@@ -364,7 +364,7 @@ void Maker<AnyNode>::add_relay(const Relaying& relaying) {
   const std::size_t loans = 2 * relaying.qos.depth + 4;
   check_memory(relaying.output, relaying.size_bytes, loans);
   std::vector<std::string> names;
-  for (const std::string& input : relaying.inputs) names.push_back(subscription_name(input));
+  for (const std::string& input : relaying.inputs) names.push_back(entity_name(input));
   auto publisher = node_.template create_publisher<WorkloadMessage>(
       relaying.output, relaying.qos,
       {.loans = loans,
@@ -449,7 +449,7 @@ template <class T>
 void Maker<AnyNode>::add_subscription(const Subscribing& subscribing) {
   // Each message is copied, and only its sender knows how long that takes.
   entities_.allocates |= subscribing.pass_by == "unique_ptr";
-  const std::string name = subscription_name(subscribing.topic);
+  const std::string name = entity_name(subscribing.topic);
   if (subscribing.pass_by != "unique_ptr") works(name, subscribing.work);
   const auto work = [&clock = node_.clock(), amount = subscribing.work] { use_cpu(clock, amount); };
   if constexpr (std::same_as<T, WorkloadMessage>) {

@@ -51,6 +51,12 @@ TEST(Workload, KnowsItsSecondCallbackOfATopic) {
   EXPECT_TRUE(workload.publishes("in#3", "/b"));
   EXPECT_FALSE(workload.publishes("in", "/a"));
   EXPECT_FALSE(workload.publishes("in#2", "/b"));
+  // Also where the first one is a timer.
+  const Workload timed({.parameters = {{"publishers.topic", Strings{"in"}},
+                                       {"publishers.period_us", std::vector<std::int64_t>{1000}},
+                                       {"subscriptions.topic", Strings{"in_timer"}},
+                                       {"subscriptions.work_us", std::vector<std::int64_t>{10}}}});
+  EXPECT_EQ(timed.execution_time("in_timer#2"), std::chrono::microseconds(10));
 }
 
 }  // namespace

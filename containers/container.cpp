@@ -33,7 +33,7 @@ bool drain(const RunningExecutors& running, const ContainerSetting& setting) {
     ManualClock& clock = *setting.overrides.clock->as_manual();
     const TimePoint end = later(clock.now(), kDrainLimit);
     for (clock.settle(); running.pending() != 0; clock.advance(std::chrono::milliseconds(1)))
-      if (clock.now() > end) return false;
+      if (clock.now() >= end) return false;
     return true;  // a single poll suffices: nothing runs between two simulated instants
   }
   const TimePoint limit = later(Clock::steady().now(), kDrainLimit);
@@ -159,11 +159,11 @@ void Container::release() {
   usage_->begin();
 }
 
-// In a simulation, callbacks may be in mid-execution: the clock must advance until they end.
+// In a simulation, callbacks may be in mid-execution: the clock must advance until they end,
+// however long they take.
 std::exception_ptr Container::end_executors() noexcept {
   cancel();
-  if (setting_->is_simulated())
-    setting_->overrides.clock->as_manual()->advance(std::chrono::hours(1));
+  if (setting_->is_simulated()) setting_->overrides.clock->as_manual()->advance(Nanoseconds::max());
   return running_->join();
 }
 

@@ -262,9 +262,7 @@ void ContainerExecutors::begin(const Loaded& loaded, const CallbackGroup& group)
 }
 
 void ContainerExecutors::begin(RunningExecutor& running) {
-  if (!running_.spin(running) || running.differs.empty()) return;
-  setting_.note(fmt::format("executor '{}' is '{}' here, {}", running.name,
-                            running.description.type, running.differs));
+  if (running_.spin(running)) setting_.note(running.note());
 }
 
 void ContainerExecutors::entity_added(Node& node, const std::shared_ptr<Entity>& entity) {

@@ -143,7 +143,9 @@ void Guarantees::add_callbacks(const Loaded& loaded, ModelledProcess& process) c
 ModelledProcess Guarantees::modelled() const {
   ModelledProcess process{.name = setting_.description.name};
   for (const auto& running : executors_.running()) {
-    if (!running->is_own) process.executors.push_back(running->description);
+    if (running->is_own) continue;
+    process.executors.push_back(running->description);
+    if (std::string note = running->note(); !note.empty()) process.notes.push_back(std::move(note));
   }
   const std::vector<Plan::Executor> planned = components_.plan().executors;
   for (const ThreadDescription& entry : setting_.description.threads) {

@@ -4,12 +4,19 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "takt/base/manual_clock.hpp"
 
 namespace takt {
 
 std::string scheduler_of(const ExecutorDescription& made) {
   return made.scheduler.empty() ? executors().traits(made.type).scheduler : made.scheduler;
+}
+
+std::string RunningExecutor::note() const {
+  if (differs.empty()) return {};
+  return fmt::format("executor '{}' is '{}' here, {}", name, description.type, differs);
 }
 
 RunningExecutor& RunningExecutors::add(std::string name, std::unique_ptr<Executor> executor) {

@@ -27,6 +27,9 @@ struct RunningExecutor {
   std::thread thread;
   std::atomic<bool> has_begun{false}, has_ended{false};
   std::exception_ptr exception;  // read when `has_ended`
+
+  /// Says that `differs`; empty: it does not.
+  std::string note() const;
 };
 
 /// The name of an executor's scheduler: from the file, or else the default of its type.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <filesystem>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -115,7 +116,12 @@ SystemDescription read_system(const std::string& path, const Settings& settings)
   refuse_launch_file(path, errors);
   document::Value root = document::read(path, errors);
   refuse_parameter_file(root, errors);
-  for (const Setting& setting : settings) document::set(root, setting, errors);
+  std::set<std::string> set;
+  for (const Setting& setting : settings) {
+    if (!set.insert(setting.path).second)
+      throw Error(fmt::format("'{}' is set twice", setting.path), "leave one out");
+    document::set(root, setting, errors);
+  }
   const bool is_workload = document::is_json(path);
   SystemDescription system =
       is_workload ? read_workload(root, errors) : read_configuration(root, errors);

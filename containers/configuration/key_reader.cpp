@@ -35,6 +35,13 @@ SystemReader::Read KeyReader::into_duration(Nanoseconds& duration, std::function
   };
 }
 
+SystemReader::Read KeyReader::into_duration(std::optional<Nanoseconds>& duration,
+                                            std::function<void()> check) {
+  return without_default([this, &duration, check = std::move(check)] {
+    return into_duration(duration.emplace(), check);
+  });
+}
+
 namespace {
 
 bool is_hexadecimal(std::string_view digits) {

@@ -37,6 +37,9 @@ class KeyReader : protected SystemReader {
   Read noting(bool& is_sound, Read read);
   /// `check` throws Error if the duration is invalid.
   Read into_duration(Nanoseconds& duration, std::function<void()> check);
+  /// The same for a duration that stays empty without the key.
+  Read into_duration(
+      std::optional<Nanoseconds>& duration, std::function<void()> check = [] {});
   Read into_accepted(Acceptances& accepted);
   Read into_executor(std::string& target);
   void read_library(const Value& value, std::string& library);

@@ -106,11 +106,12 @@ struct DelayDescription {
 struct MachineDescription {
   std::vector<int> cpus;        // empty: those of this process
   std::map<int, double> speed;  // by CPU; execution times are divided by it
-  /// Overheads: between two callbacks of a busy thread; to wake a thread; of a context switch.
-  Nanoseconds dispatch{0}, wake{0}, change{0};
+  /// Overheads, each nullopt if nobody says it: between two callbacks of a busy thread; to wake a
+  /// thread; of a context switch.
+  std::optional<Nanoseconds> dispatch, wake, change;
   /// The cost of sending a message to one receiver; added to it, of each megabyte of the message,
   /// and of each further receiver.
-  Nanoseconds publish{0}, publish_megabyte{0}, publish_receiver{0};
+  std::optional<Nanoseconds> publish, publish_megabyte, publish_receiver;
   /// The CPU time in each second for the real-time threads of a CPU. nullopt: as on this machine; a
   /// second or more: unlimited.
   std::optional<Nanoseconds> rt_runtime;

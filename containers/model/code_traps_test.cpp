@@ -6,6 +6,7 @@
 #include "takt/containers/component.hpp"
 #include "takt/containers/model/bound_of_test.hpp"
 #include "takt/entities/task.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
 
 namespace tricky {
 namespace {
@@ -17,6 +18,7 @@ using namespace std::chrono_literals;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::ThrowsMessage;
 
 struct Coded {
   int number = 0;
@@ -52,6 +54,18 @@ class CodeReceiver : public Node {
           "t", 10, [](const Coded&) {}, group);
     }
   }
+
+ private:
+  std::shared_ptr<void> subscription_;
+};
+
+/// The same with a lifecycle. It says that it takes 1 ms, but not what it makes when configured.
+class CodeManaged : public LifecycleNode, public KnowsExecutionTimes {
+ public:
+  explicit CodeManaged(const NodeOptions& options)
+      : LifecycleNode("managed", options),
+        subscription_(create_subscription<Coded>("t", 10, [](const Coded&) {})) {}
+  std::optional<Nanoseconds> execution_time(std::string_view) const override { return 1ms; }
 
  private:
   std::shared_ptr<void> subscription_;
@@ -382,7 +396,7 @@ TEST(CodeTraps, JoinsContinueSixteenChains) {
 
 // Waking forty threads was in no execution, as a run had measured all on one.
 TEST(CodeTraps, AModelOfOneExecutorSaysWhatItLacks) {
-  const auto text = [](const char* of_receiver) {
+  const auto text = [](const char* of_receiver, bool is_caused = true) {
     MeasuredModel measured{.path = "m.yaml", .duration = 10s};
     measured.executors = {{"a", "events", "fifo", {"/x/x_timer"}}};
     measured.executors.push_back({of_receiver, "events", "fifo", {"/y/x"}});
@@ -390,6 +404,7 @@ TEST(CodeTraps, AModelOfOneExecutorSaysWhatItLacks) {
       measured.callbacks.push_back(
           {.name = name, .executions = 9, .longest_execution = 1ms, .least_distances = {10ms}});
     }
+    if (is_caused) measured.callbacks[0].causes = {{"/y/x", 1}};
     return analyzed(R"(
 threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}, b: {policy: SCHED_FIFO, priority: 60, affinity: [1]}}
 executors: {a: {type: events, threads: [a]}, b: {type: events, threads: [b]}}
@@ -404,6 +419,24 @@ chains: [{name: c, path: [x/x_timer, y/x]}]
   };
   EXPECT_THAT(text("a"), HasSubstr("'/x/x_timer' takes as long to wake other executors"));
   EXPECT_EQ(text("b").find("to wake other executors"), std::string::npos);
+  // What nothing has caused is `uncaused`.
+  EXPECT_THAT([&] { text("b", /*is_caused=*/false); },
+              ThrowsMessage<Error>(HasSubstr("9 of its executions have a cause, but nothing")));
+}
+
+TEST(CodeTraps, ALifecycleNodeThatKnowsItsTimesMayMakeMore) {
+  EXPECT_EQ(verdict_of(R"(
+realtime: require
+lifecycle: {bring_up: [y]}
+threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}}
+executors: {a: {type: events, threads: [a]}}
+container:
+  components:
+    - {component: tricky::CodeSender, name: x, executor: a}
+    - {component: tricky::CodeManaged, name: y, executor: a}
+chains: [{name: c, deadline: 50ms, path: [x/tick, y/t]}]
+)"),
+            Verdict::not_covered);
 }
 
 // A process that starts again sends its start's burst to another one, in the middle of a run.
@@ -440,6 +473,7 @@ chains: [{name: c, path: [b/s]}]
 
 TAKT_REGISTER_COMPONENT(tricky::CodeSender, "sends")
 TAKT_REGISTER_COMPONENT(tricky::CodeReceiver, "receives")
+TAKT_REGISTER_COMPONENT(tricky::CodeManaged, "receives when it is active")
 TAKT_REGISTER_COMPONENT(tricky::CodeAlarm, "sends when it likes")
 TAKT_REGISTER_COMPONENT(tricky::CodeSeveral, "has a reentrant group")
 TAKT_REGISTER_COMPONENT(tricky::CodeInBatches, "works in batches")

@@ -338,9 +338,13 @@ TEST(CpuTraps, AnOverheadThatCountsAndIsLeftOutIsNamed) {
       ++counted;
       const std::string where = price + " of " + placing.threads + ", " + placing.e;
       EXPECT_NE(without.text_of("overheads_are_zero"), "") << where;
+      // A stated 0 is stated.
+      const Analyzed zero = found(price, "0ns"), little = found(price, "1ns");
+      EXPECT_EQ(zero.text_of("overheads_are_zero"), little.text_of("overheads_are_zero")) << where;
+      EXPECT_LE(*little.bound().bound - *zero.bound().bound, 1us) << where;
       // Nothing else is left out with it: without `wake`, a `switch` did not count at wake-ups.
       if (price != "message")
-        EXPECT_GE(*without.bound().bound + 1us, *found(price, "1ns").bound().bound) << where;
+        EXPECT_GE(*without.bound().bound + 1us, *little.bound().bound) << where;
     }
   }
   EXPECT_GT(counted, 30);
@@ -415,6 +419,21 @@ TEST(CpuTraps, AThreadWithACpuOfItsOwnChangesWhenItWakes) {
   EXPECT_EQ(text("", &run), "");
   EXPECT_EQ(text("dispatch: 1us, wake: 1us, switch: 1us, ", nullptr), "");
   EXPECT_THAT(text("dispatch: 1us, wake: 1us, ", nullptr), HasSubstr("a change from thread"));
+  EXPECT_EQ(text("dispatch: 0ns, wake: 0ns, switch: 0ns, ", nullptr), "");
+}
+
+// A stated 0 is a promise as any other: a run refutes it.
+TEST(CpuTraps, AnOverheadThatIsSaidToBeZeroIsRefuted) {
+  const MeasuredModel run{.dispatch_overhead = {.least = 1us, .longest = 2us},
+                          .wake_overhead = {.least = 1us, .longest = 2us}};
+  const auto is_refuted = [&](const char* overheads) {
+    const std::string thread = "policy: SCHED_FIFO, priority: 60, affinity: [0]";
+    const std::string machine = fmt::format("overheads: {{{}}}", overheads);
+    return verdict_of(two_threads(machine, thread, thread), &run) == Verdict::refuted;
+  };
+  EXPECT_TRUE(is_refuted("dispatch: 0ns, wake: 2us, switch: 0ns"));
+  EXPECT_TRUE(is_refuted("dispatch: 2us, wake: 0ns, switch: 0ns"));
+  EXPECT_FALSE(is_refuted("dispatch: 2us, wake: 0ns, switch: 1us"));
 }
 
 // ---- Speeds ----

@@ -52,15 +52,17 @@ class ModelReader : private SystemReader {
          {"chains", "",
           each_in_map([&](const Value& value) { model.chains.push_back(chain(value)); })}});
     check_names(model);
-    check_duration(root, model);
     if (errors_.size() == 0) check_relations(root, model);
     model.lines = std::move(lines_);
     return model;
   }
 
  private:
-  Read into_time(Nanoseconds& time) {
-    return [this, &time](const Value& value) {
+  enum class Zero { refused, allowed };
+
+  /// What is not known is not in the file: 0 is a time only of what may take none.
+  Read into_time(Nanoseconds& time, Zero zero = Zero::refused) {
+    return [this, &time, zero](const Value& value) {
       const auto* text = std::get_if<std::string>(&value.content);
       if (text == nullptr) {
         return refuse(value, "a number and one of ns, us, ms, s, m, h, such as 20ms");
@@ -70,6 +72,10 @@ class ModelReader : private SystemReader {
         if (read > kLongest) {
           throw Error(fmt::format("'{}' is longer than {} h", *text, kLongest / 1h),
                       "write a time that can be measured");
+        }
+        if (read == Nanoseconds::zero() && zero == Zero::refused) {
+          throw Error(fmt::format("'{}' is zero, but what was measured took time", value.name),
+                      "leave it out if it is not known");
         }
         time = read;
       });
@@ -156,25 +162,24 @@ class ModelReader : private SystemReader {
                  named_.emplace_back(cause.line, cause.name);
                  into_count(result.causes[cause.name])(cause);
                })}});
-    if (has_none && result.longest_execution != Nanoseconds::zero()) {
-      complain(value, "it has an execution time of 0 'executions'");
+    for (const char* const key : {"execution", "arrival", "uncaused", "causes"}) {
+      if (has_none && document::find(value, key) != nullptr)
+        complain(value, fmt::format("it has '{}' of 0 'executions'", key));
     }
     return result;
   }
 
   Read into_execution(MeasuredCallback& callback) {
     return [this, &callback](const Value& value) {
-      const std::size_t errors = errors_.size();
       read_map(value, "an execution time",
                {{"min", "", into_time(callback.least_execution)},
                 {"p50", "", into_time(callback.median_execution)},
                 {"p99", "", into_time(callback.p99_execution)},
                 {"max", "", into_time(callback.longest_execution), /*is_required=*/true},
                 {"first_ten", "", into_time(callback.longest_first_execution)},
-                {"waits", "",
-                 [&](const Value& waits) { into_time(callback.longest_wait.emplace())(waits); }}});
-      if (errors_.size() == errors && callback.longest_execution == Nanoseconds::zero())
-        complain(value, "'max' is zero, but whatever runs takes time");
+                {"waits", "", [&](const Value& waits) {
+                   into_time(callback.longest_wait.emplace(), Zero::allowed)(waits);
+                 }}});
     };
   }
 
@@ -182,7 +187,7 @@ class ModelReader : private SystemReader {
     return [this, &callback](const Value& value) {
       read_map(value, "an arrival",
                {{"period", "", into_time(callback.period)},
-                {"jitter", "", into_time(callback.jitter)},
+                {"jitter", "", into_time(callback.jitter, Zero::allowed)},
                 {"distances", "", into_distances(callback.least_distances)}});
     };
   }
@@ -203,8 +208,9 @@ class ModelReader : private SystemReader {
                     fmt::format("write the first {}", MeasuredCallback::kMostDistances));
         return;
       }
-      each_in_list([&](const Value& distance) { into_time(distances.emplace_back())(distance); })(
-          value);
+      each_in_list([&](const Value& distance) {
+        into_time(distances.emplace_back(), Zero::allowed)(distance);
+      })(value);
     };
   }
 
@@ -217,6 +223,8 @@ class ModelReader : private SystemReader {
               {"p99", "", into_time(result.p99)},
               {"p99.9", "", into_time(result.p999)},
               {"max", "", into_time(result.longest), /*is_required=*/true}});
+    if (document::find(value, "instances") != nullptr && result.instances == 0)
+      complain(value, "it has latencies of 0 'instances'");
     return result;
   }
 
@@ -248,15 +256,6 @@ class ModelReader : private SystemReader {
         value = next;
       }
       complain(*value, found.what);
-    }
-  }
-
-  void check_duration(const Value& root, const MeasuredModel& model) {
-    const Value* const duration = document::find(root, "duration");
-    if (duration == nullptr || model.duration != Nanoseconds::zero()) return;
-    for (const MeasuredCallback& callback : model.callbacks) {
-      if (callback.executions == 0) continue;
-      return complain(*duration, fmt::format("'{}' was executed in it", callback.name));
     }
   }
 

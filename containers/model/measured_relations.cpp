@@ -5,7 +5,9 @@
 #include <chrono>
 #include <initializer_list>
 #include <iterator>
+#include <map>
 #include <set>
+#include <string_view>
 #include <tuple>
 #include <utility>
 
@@ -76,7 +78,7 @@ std::string not_of_a_row(const Times& distances) {
 }
 
 std::string too_many(const Times& distances, std::uint64_t arrivals) {
-  if (arrivals == 0 || distances.size() < arrivals) return {};
+  if (distances.empty() || distances.size() < arrivals) return {};
   return fmt::format("there are {} between {}", counted(distances.size(), "distance"),
                      counted(arrivals, "arrival"));
 }
@@ -121,6 +123,14 @@ struct CallbackRelation {
   std::string (*broken)(const MeasuredCallback&, const RunLength&);
 };
 constexpr CallbackRelation kOfCallbacks[] = {
+    {"executions",
+     [](const MeasuredCallback& callback, const RunLength&) {
+       const bool has_times = callback.longest_execution != Nanoseconds::zero();
+       return callback.executions == 0 || has_times
+                  ? std::string()
+                  : fmt::format("there are {}, and no 'execution' says how long they took",
+                                callback.executions);
+     }},
     {"execution",
      [](const MeasuredCallback& callback, const RunLength&) {
        return not_ascending({{"min", callback.least_execution},
@@ -146,7 +156,9 @@ constexpr CallbackRelation kOfCallbacks[] = {
     {"arrival", not_of_period},
     {"arrival",
      [](const MeasuredCallback& callback, const RunLength&) {
-       return too_many(callback.least_distances, callback.executions);
+       // Without 'executions', a person states how often it runs.
+       return callback.executions == 0 ? std::string()
+                                       : too_many(callback.least_distances, callback.executions);
      }},
     {"arrival",
      [](const MeasuredCallback& callback, const RunLength& run) {
@@ -195,11 +207,31 @@ void check_overheads(const MeasuredModel& model, const RunLength& run, Report& r
   }
 }
 
+// If each callback that was executed has a period, its executions say how long it was active.
+void check_activity(const MeasuredModel& model, Report& report) {
+  constexpr double kLeastShare = 0.1;  // of the run; nodes may become active late, or end early
+  constexpr std::chrono::duration<double> kStart = std::chrono::seconds(10);
+  std::chrono::duration<double> longest{0};
+  for (const MeasuredCallback& callback : model.callbacks) {
+    if (callback.executions == 0) continue;
+    if (callback.period == Nanoseconds::zero()) return;
+    const auto arrivals = static_cast<double>(callback.executions + callback.dropped);
+    longest = std::max(longest, std::chrono::duration<double>(callback.period) * arrivals);
+  }
+  const std::chrono::duration<double> length = std::max(model.duration, model.total_duration);
+  if (longest.count() == 0 || kLeastShare * length <= longest + kStart) return;
+  report.push_back({{model.total_duration > model.duration ? "total_duration" : "duration"},
+                    fmt::format("it is {:g} s, and by its 'period' and 'executions' no callback "
+                                "was active for longer than {:g} s",
+                                length.count(), longest.count())});
+}
+
 void check_runs(const MeasuredModel& model, const RunLength& run, Report& report) {
   if (model.total_duration != Nanoseconds::zero())
     report.push_back(
         {{"total_duration"},
          not_ascending({{"duration", model.duration}, {"total_duration", model.total_duration}})});
+  check_activity(model, report);
   // Each execution takes a nanosecond, and those of a callback come one after the other.
   std::uint64_t executions = model.lost_executions;
   for (const MeasuredCallback& callback : model.callbacks) executions += callback.executions;
@@ -211,7 +243,23 @@ void check_runs(const MeasuredModel& model, const RunLength& run, Report& report
 
 // An execution that the trace has lost may have been caused, or end an instance.
 void check_causes(const MeasuredModel& model, Report& report) {
+  std::map<std::string_view, double> causes;  // executions, at most
+  for (const MeasuredCallback& from : model.callbacks) {
+    for (const auto& [name, most] : from.causes) {
+      if (most == 0) report.push_back({{"callbacks", from.name, "causes", name}, "it causes none"});
+      causes[name] += static_cast<double>(from.executions) * static_cast<double>(most);
+    }
+  }
   if (model.lost_executions != 0) return;
+  for (const MeasuredCallback& to : model.callbacks) {
+    const auto most = causes.find(to.name);  // without one, it may be a timer
+    if (most == causes.end() || most->second == 0 || to.executions <= to.uncaused) continue;
+    if (static_cast<double>(to.executions - to.uncaused) <= most->second) continue;
+    report.push_back({{"callbacks", to.name, "executions"},
+                      fmt::format("others have caused {} of them, but by their 'causes' no more "
+                                  "than {:.0f}",
+                                  to.executions - to.uncaused, most->second)});
+  }
   for (const MeasuredCallback& from : model.callbacks) {
     for (const auto& [name, most] : from.causes) {
       const auto to = std::find_if(model.callbacks.begin(), model.callbacks.end(),
@@ -255,6 +303,12 @@ void check_executors(const MeasuredModel& model, Report& report) {
           {{"executors", executor.name},
            fmt::format("'{}' is in the lists of two executors, or twice in one", callback)});
     }
+  }
+  if (model.executors.empty()) return;  // then they are those of the file
+  for (const MeasuredCallback& callback : model.callbacks) {
+    if (callback.executions == 0 || served.contains(callback.name)) continue;
+    report.push_back({{"callbacks", callback.name},
+                      "it was executed, and is in the list of no executor under 'executors'"});
   }
 }
 

@@ -226,8 +226,8 @@ class AssumptionFinder : public MeasuredRun {
   void add_overheads();
   void add_overheads_of_taking(std::size_t callback);
   void add_overheads_of_sending(std::size_t callback);
-  void assume_overhead(const char* what, analysis::Time time, Nanoseconds said,
-                       std::optional<std::size_t> executor);
+  void assume_overhead(const char* what, const std::optional<Nanoseconds>& said,
+                       Nanoseconds measured, std::optional<std::size_t> executor);
   void add_assumptions_of_start();
   void add_who_else_sends();
   void add_other_nodes(std::size_t receiver);
@@ -276,7 +276,7 @@ class ModelBuilder : public ChainFinder {
   using ChainFinder::ChainFinder;
 
   SystemModel build() {
-    set_overheads();
+    model_.system.overheads = overheads_of(description_.machine, measured_);
     add_callbacks();
     add_unknown_callbacks();
     compare_timers();
@@ -300,7 +300,6 @@ class ModelBuilder : public ChainFinder {
   }
 
  private:
-  void set_overheads();
   void add_callbacks();
   void add_unknown_callbacks();
   std::size_t part_of(const ModelledProcess& process, const ModelledProcess::Callback& callback);
@@ -308,6 +307,7 @@ class ModelBuilder : public ChainFinder {
                    const ModelledProcess::Callback& callback, const ExecutorTraits& traits);
   void place_threads();
   void set_execution(std::size_t callback);
+  void refute_budget(std::size_t callback, Nanoseconds known, std::string source);
   void set_discarding(std::size_t callback);
   void forget_outputs_of_dropped();
   void link();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -21,7 +22,31 @@ std::string service_of(std::string_view topic) {
   return std::string(topic.substr(2, topic.rfind('R') - 2));
 }
 
+namespace {
+
+// Of one process, its container has done so.
+void check_topics(const SystemDescription& description,
+                  std::span<const ModelledProcess> processes) {
+  if (processes.size() == 1) return;
+  std::vector<std::string> names;
+  for (const ModelledProcess& process : processes) {
+    for (const ModelledProcess::Member& member : process.nodes) {
+      const std::vector<std::string> its = member.node->topics();
+      names.insert(names.end(), its.begin(), its.end());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  for (const auto& [name, where] : description.topic_lines) {
+    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+    throw Error(fmt::format("no component has the topic '{}'", name), suggest(name, names), where);
+  }
+}
+
+}  // namespace
+
 void ModelBuilder::link() {
+  check_topics(description_, processes_);
   std::vector<const MeasuredCallback*> seen;
   for (std::size_t i = 0; i < callbacks_.size(); ++i) seen.push_back(measured(i));
   topics_ = ModelTopics(callbacks_, seen);
@@ -243,10 +268,11 @@ void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
     return;
   }
   if (!is_inside && description_.dds && description_.dds->discovery == DiscoveryRange::off) {
-    nothing_passes_[{from, to}] = fmt::format(
-        "'{}' and '{}' are in processes that do not find each other: `dds: {{discovery: \"off\"}}`",
-        callbacks[from].name, callbacks[to].name);
-    return;
+    throw Error(fmt::format("'{}' sends to '{}' on '{}', and their processes do not find each "
+                            "other: `discovery: off`",
+                            callbacks[from].name, callbacks[to].name, way.topic),
+                "write `discovery: localhost`, or make them components of one container",
+                line_of("dds", "discovery"));
   }
   analysis::Output output{.to = to};
   if (messages) output.messages = *messages;

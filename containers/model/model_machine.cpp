@@ -28,7 +28,8 @@ constexpr std::size_t kFewBytes = 4096;
 /// The time to write or read the bytes.
 analysis::Time copying(const MachineDescription& machine, std::size_t bytes) {
   const double megabytes = static_cast<double>(bytes) / 1e6;
-  return whole_time(megabytes * static_cast<double>(machine.publish_megabyte.count()));
+  const Nanoseconds each = machine.publish_megabyte.value_or(Nanoseconds::zero());
+  return whole_time(megabytes * static_cast<double>(each.count()));
 }
 
 // By executor. To wake up is to be changed to, which a `wake` that is measured has in it: it pays
@@ -300,9 +301,11 @@ Nanoseconds ModelBuilder::sending(std::size_t index) {
     if (process_of(output.to) != process_of(index)) elsewhere.insert(process_of(output.to));
   }
   const auto copies = static_cast<analysis::Count>(std::max<std::size_t>(1, elsewhere.size()));
-  const analysis::Time result = plus(times(machine.publish.count(), messages),
-                                     plus(times(machine.publish_receiver.count(), others),
-                                          times(copying(machine, sent->bytes), copies)));
+  const auto each = machine.publish.value_or(Nanoseconds::zero()).count();
+  const auto other = machine.publish_receiver.value_or(Nanoseconds::zero()).count();
+  const analysis::Time result =
+      plus(times(each, messages),
+           plus(times(other, others), times(copying(machine, sent->bytes), copies)));
   analysis::Executor& executor = model_.system.executors[model_.system.callbacks[index].executor];
   if (executor.let_period != 0) {
     const double slowest = speeds_of(model_.system.callbacks[index].executor).first;
@@ -314,11 +317,11 @@ Nanoseconds ModelBuilder::sending(std::size_t index) {
 // The cost of reading a message of another process, which equals the cost of writing it.
 Nanoseconds ModelBuilder::taking(std::size_t index) {
   const MachineDescription& machine = description_.machine;
-  analysis::Time longest = comes_from_outside(index) ? machine.publish.count() : 0;
+  const analysis::Time each = machine.publish.value_or(Nanoseconds::zero()).count();
+  analysis::Time longest = comes_from_outside(index) ? each : 0;
   for (const std::size_t from : senders_elsewhere(index)) {
     const auto sent = said_to_send(from);
-    longest =
-        std::max(longest, plus(machine.publish.count(), sent ? copying(machine, sent->bytes) : 0));
+    longest = std::max(longest, plus(each, sent ? copying(machine, sent->bytes) : 0));
     if (sent) model_.callbacks[index].bytes = std::max(model_.callbacks[index].bytes, sent->bytes);
   }
   return Nanoseconds(longest);
@@ -334,35 +337,34 @@ double execution_scale(const SystemDescription& description, const Node& node,
   return scale;
 }
 
-void AssumptionFinder::assume_overhead(const char* what, analysis::Time time, Nanoseconds said,
-                                       std::optional<std::size_t> executor) {
-  const bool is_said = time != 0 && said != Nanoseconds::zero();
-  const bool is_here = is_said && machine_.overhead_samples != 0;
-  const char* const id = time == 0             ? "overheads_are_zero"
-                         : is_said && !is_here ? "as_declared"
-                                               : "as_measured";
+// `said` may be 0, too, and `measured` counts without it; 0: it is not known.
+void AssumptionFinder::assume_overhead(const char* what, const std::optional<Nanoseconds>& said,
+                                       Nanoseconds measured, std::optional<std::size_t> executor) {
+  const bool is_known = said || measured != Nanoseconds::zero();
+  const bool is_here = said && machine_.overhead_samples != 0;
+  const char* const id = !is_known          ? "overheads_are_zero"
+                         : said && !is_here ? "as_declared"
+                                            : "as_measured";
   assume({.id = id,
           .state = State::unchecked,
-          .text = time == 0 ? std::string("these take no time: {}")
-                            : std::string("these take no longer than stated or measured: {}"),
+          .text = is_known ? "these take no longer than stated or measured: {}"
+                           : "these take no time: {}",
           .name = what,
-          .source = time == 0 ? std::string("nobody")
+          .source = !is_known ? std::string("nobody")
                     : is_here ? fmt::format("measured here, n = {}", machine_.overhead_samples)
-                    : is_said ? declared_at(line_of("a machine", "overheads"))
+                    : said    ? declared_at(line_of("a machine", "overheads"))
                               : measured_source(),
           .executor = executor});
 }
 
 void AssumptionFinder::add_overheads() {
-  const analysis::Overheads& overheads = model_.system.overheads;
   const MachineDescription& stated = description_.machine;
-  assume_overhead("an executor's way to its next callback", overheads.dispatch, stated.dispatch,
-                  {});
-  const bool is_measured = is_wake_measured(stated, measured_);
-  const bool is_known = is_measured || stated.wake != Nanoseconds::zero();
-  assume_overhead("waking a thread", is_known ? overheads.wake : 0, stated.wake, {});
-  const auto refute = [&](const char* what, Nanoseconds least, analysis::Time counted) {
-    if (least.count() <= counted || counted == 0) return;
+  const MeasuredModel none;
+  const MeasuredModel& seen = measured_ != nullptr ? *measured_ : none;
+  const auto add = [&](const char* what, const std::optional<Nanoseconds>& said,
+                       const MeasuredTimes& shown, analysis::Time counted) {
+    assume_overhead(what, said, shown.longest, {});
+    if (!said || shown.least.count() <= counted) return;
     assume({.id = "as_declared",
             .state = State::refuted,
             .text = "in the measured run these took longer than stated, each time: {}",
@@ -370,16 +372,13 @@ void AssumptionFinder::add_overheads() {
             .source = declared_at(line_of("a machine", "overheads")),
             .executor = {}});
   };
-  if (measured_ != nullptr) {
-    refute("an executor's way to its next callback", measured_->dispatch_overhead.least,
-           stated.dispatch.count());
-    refute("waking a thread", measured_->wake_overhead.least,
-           stated.wake == Nanoseconds::zero() ? 0 : overheads.wake);
-  }
-  const std::vector<bool> pay = pay_changes(model_, is_measured);
+  const analysis::Overheads& counted = model_.system.overheads;
+  add("an executor's way to its next callback", stated.dispatch, seen.dispatch_overhead,
+      counted.dispatch);
+  add("waking a thread", stated.wake, seen.wake_overhead, counted.wake);
+  const std::vector<bool> pay = pay_changes(model_, is_wake_measured(stated, measured_));
   for (std::size_t i = 0; i < pay.size(); ++i) {
-    if (!pay[i]) continue;
-    assume_overhead("a change from thread to thread", overheads.context_switch, stated.change, i);
+    if (pay[i]) assume_overhead("a change from thread to thread", stated.change, {}, i);
   }
   for (std::size_t i = 0; i < callbacks_.size(); ++i) {
     add_overheads_of_taking(i);
@@ -403,25 +402,24 @@ void AssumptionFinder::add_overheads_of_taking(std::size_t callback) {
   const std::size_t executor = model_.system.callbacks[callback].executor;
   const bool is_from_outside = comes_from_outside(callback);
   if (is_dropped(callback) && !gets_small_messages(callback))
-    assume_overhead("taking and destroying what a mode drops", 0, {}, executor);
+    assume_overhead("taking and destroying what a mode drops", {}, {}, executor);
   if (is_dropped(callback) || (senders.empty() && !is_from_outside)) return;
-  const Nanoseconds stated = description_.machine.publish;
+  const MachineDescription& stated = description_.machine;
   const Provenance from = model_.callbacks[callback].execution;
   if (from == Provenance::declared) return;
   // Under logical execution time, messages are taken before the callback, so measured times exclude
   // it.
   if (from == Provenance::measured && model_.system.executors[executor].let_period == 0) return;
   const bool is_charged = from == Provenance::exact && machine_.overhead_samples == 0;
-  assume_overhead("taking a message of another process", is_charged ? stated.count() : 0, stated,
-                  executor);
+  assume_overhead("taking a message of another process", is_charged ? stated.publish : std::nullopt,
+                  {}, executor);
   const bool are_known =
       !is_from_outside && std::all_of(senders.begin(), senders.end(), [&](auto sender) {
         const auto sent = said_to_send(sender);
-        return sent &&
-               (sent->bytes <= kFewBytes || description_.machine.publish_megabyte.count() != 0);
+        return sent && (sent->bytes <= kFewBytes || stated.publish_megabyte);
       });
-  if (is_charged && stated != Nanoseconds::zero() && !are_known) {
-    assume_overhead("taking more than a small message", 0, {}, executor);
+  if (is_charged && stated.publish && !are_known) {
+    assume_overhead("taking more than a small message", {}, {}, executor);
   }
 }
 
@@ -431,29 +429,27 @@ void AssumptionFinder::add_overheads_of_sending(std::size_t callback) {
   const auto& outputs = model_.system.callbacks[callback].outputs;
   const bool sends_later = model_.system.executors[executor].let_period != 0 && !outputs.empty();
   if (sends_later && model_.callbacks[callback].execution != Provenance::exact) {
-    assume_overhead("sending at the end of a period", 0, {}, executor);
+    assume_overhead("sending at the end of a period", {}, {}, executor);
   }
   if (!sends(callback)) return;
-  assume_overhead("sending a message", stated.publish.count(), stated.publish, executor);
-  if (stated.publish.count() != 0 && model_.callbacks[callback].other_receivers != 0) {
-    assume_overhead("sending to a second subscription", stated.publish_receiver.count(),
-                    stated.publish_receiver, executor);
-  }
+  assume_overhead("sending a message", stated.publish, {}, executor);
+  if (stated.publish && model_.callbacks[callback].other_receivers != 0)
+    assume_overhead("sending to a second subscription", stated.publish_receiver, {}, executor);
   // Measured overheads are of sending within a process.
   const bool leaves = std::any_of(outputs.begin(), outputs.end(), [&](const auto& output) {
     return process_of(output.to) != process_of(callback);
   });
   if (leaves && machine_.overhead_samples != 0) {
-    assume_overhead("sending to another process", 0, {}, executor);
+    assume_overhead("sending to another process", {}, {}, executor);
   }
-  if (stated.publish.count() == 0) return;
+  if (!stated.publish) return;
   const auto sent = said_to_send(callback);
-  const bool is_charged = stated.publish_megabyte.count() != 0;
+  const bool is_charged = stated.publish_megabyte.has_value();
   if (!sent || (!is_charged && sent->bytes > kFewBytes)) {
-    assume_overhead("sending more than a small message", 0, {}, executor);
+    assume_overhead("sending more than a small message", {}, {}, executor);
   }
   if (sent && !is_charged && sent->written > kFewBytes) {
-    assume_overhead("writing the bytes of a message", 0, {}, executor);
+    assume_overhead("writing the bytes of a message", {}, {}, executor);
   }
 }
 

@@ -22,11 +22,33 @@ void refuse_model(const MeasuredModel& model, const std::string& entry, const st
               line != model.lines.end() ? line->second : model.path);
 }
 
+namespace {
+
+// Nothing but a timer becomes ready by itself. What a person has written need not say all: it has
+// no executors.
+void check_has_cause(const MeasuredModel& model, const MeasuredCallback& seen) {
+  const auto& all = model.callbacks;
+  const bool is_caused = std::any_of(all.begin(), all.end(), [&](const MeasuredCallback& from) {
+    return from.causes.contains(seen.name);
+  });
+  if (is_caused || seen.executions <= seen.uncaused) return;
+  if (model.lost_executions != 0 || model.executors.empty()) return;
+  refuse_model(model, seen.name,
+               fmt::format("{} of its executions have a cause, but nothing 'causes' it",
+                           seen.executions - seen.uncaused));
+}
+
+}  // namespace
+
 // Nothing but time makes a timer ready.
 void MeasuredRun::compare_timers() const {
   for (std::size_t i = 0; measured_ != nullptr && i < callbacks_.size(); ++i) {
     const MeasuredCallback* const seen = measured(i);
-    if (seen == nullptr || callbacks_[i]->entity->kind() != EntityKind::timer) continue;
+    if (seen == nullptr) continue;
+    if (callbacks_[i]->entity->kind() != EntityKind::timer) {
+      check_has_cause(*measured_, *seen);
+      continue;
+    }
     if (seen->uncaused != 0) {
       refuse_model(*measured_, seen->name,
                    "it is a timer, which has no executions that are 'uncaused'");

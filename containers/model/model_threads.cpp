@@ -51,35 +51,24 @@ std::optional<Nanoseconds> handled_after(const CallbackParameters& parameters, N
 }  // namespace
 
 bool is_wake_measured(const MachineDescription& machine, const MeasuredModel* measured) {
-  return machine.wake == Nanoseconds::zero() && measured != nullptr &&
+  return !machine.wake && measured != nullptr &&
          measured->wake_overhead.longest != Nanoseconds::zero();
 }
 
 analysis::Overheads overheads_of(const MachineDescription& machine, const MeasuredModel* measured) {
-  analysis::Overheads overheads{.dispatch = machine.dispatch.count(),
-                                .wake = machine.wake.count(),
-                                .context_switch = machine.change.count()};
-  if (measured != nullptr && overheads.dispatch == 0)
-    overheads.dispatch = measured->dispatch_overhead.longest.count();
-  if (is_wake_measured(machine, measured)) {
-    overheads.wake = measured->wake_overhead.longest.count();  // with the change to the thread
-  } else {
-    overheads.wake += overheads.context_switch;
-  }
-  return overheads;
-}
-
-void ModelBuilder::set_overheads() {
-  analysis::Overheads& overheads = model_.system.overheads;
-  overheads = overheads_of(description_.machine, measured_);
-  // Context switches take longer on a slow CPU: the slowest CPU counts for all.
   double slowest = 1;
-  for (const auto& [cpu, speed] : description_.machine.speed) slowest = std::min(slowest, speed);
-  const auto change = static_cast<analysis::Time>(
-      std::ceil(static_cast<double>(overheads.context_switch) / slowest));
-  if (!is_wake_measured(description_.machine, measured_))
-    overheads.wake += change - overheads.context_switch;
-  overheads.context_switch = change;
+  for (const auto& [cpu, speed] : machine.speed) slowest = std::min(slowest, speed);
+  const auto change = static_cast<double>(machine.change.value_or(Nanoseconds::zero()).count());
+  analysis::Overheads overheads{.context_switch =
+                                    static_cast<analysis::Time>(std::ceil(change / slowest))};
+  const MeasuredModel none;
+  const MeasuredModel& seen = measured != nullptr ? *measured : none;
+  overheads.dispatch = machine.dispatch.value_or(seen.dispatch_overhead.longest).count();
+  overheads.wake =
+      is_wake_measured(machine, measured)
+          ? seen.wake_overhead.longest.count()  // with the change to the thread
+          : machine.wake.value_or(Nanoseconds::zero()).count() + overheads.context_switch;
+  return overheads;
 }
 
 namespace {

@@ -144,16 +144,6 @@ void ModelBuilder::set_execution(std::size_t index) {
     longest = exact;
     if (says_all(index)) least = *said;  // a callback of another class may send before its end
   }
-  if (budget && *budget < known_by_clock) {
-    assume({.id = "budgets_hold",
-            .state = Assumption::State::refuted,
-            .text = fmt::format("the budget of {{}}, {}, is less than its execution time, {}, "
-                                "which counts",
-                                to_string(*budget), to_string(known_by_clock)),
-            .name = "'" + described.name + "'",
-            .source = seen_by_clock == known_by_clock ? measured_source() : "its component",
-            .executor = described.executor});
-  }
   if (!callback.described.publishes_at_end) least = Nanoseconds::zero();
   const double scale = execution_scale(description_, *callback.node, described.name);
   if (scale != 1 && facts.execution == Provenance::exact) facts.execution = Provenance::declared;
@@ -165,7 +155,28 @@ void ModelBuilder::set_execution(std::size_t index) {
       std::max<analysis::Time>(1, is_work ? by_clock(scaled, slowest) : scaled.count());
   described.least_execution =
       std::min(described.execution, whole_time(std::floor(least_work / fastest)));
+  const Nanoseconds shortest(described.least_execution);
+  if (budget && *budget < std::max(known_by_clock, shortest)) {
+    const bool is_declared = shortest > known_by_clock;
+    refute_budget(index, std::max(known_by_clock, shortest),
+                  is_declared                       ? declared_at(callback.described.where)
+                  : seen_by_clock == known_by_clock ? measured_source()
+                                                    : "its component");
+  }
   if (facts.execution != Provenance::unknown) add_waits(index);
+}
+
+void ModelBuilder::refute_budget(std::size_t index, Nanoseconds known, std::string source) {
+  const analysis::Callback& callback = model_.system.callbacks[index];
+  const Nanoseconds budget = *callbacks_[index]->parameters().budget;
+  assume({.id = "budgets_hold",
+          .state = Assumption::State::refuted,
+          .text = fmt::format("the budget of {{}}, {}, is less than its execution time, {}, which "
+                              "counts",
+                              to_string(budget), to_string(known)),
+          .name = "'" + callback.name + "'",
+          .source = std::move(source),
+          .executor = callback.executor});
 }
 
 // A declared time below that of the component is an error; a measured time above it refutes it.

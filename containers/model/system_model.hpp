@@ -50,6 +50,7 @@ struct ModelledProcess {
   };
   std::string name;
   std::vector<ExecutorDescription> executors;  // as they are made
+  std::vector<std::string> notes;              // how they are not as the file says
   std::vector<ThreadAttributes> threads;       // by name, those of executors
   std::vector<Callback> callbacks;
   std::vector<Member> nodes;
@@ -154,7 +155,8 @@ struct SystemModel {
   std::vector<Assumption> assumptions;   // of all chains
 };
 
-/// Overheads stated in the file take precedence. A wake-up includes a context switch.
+/// Overheads stated in the file take precedence, and what nobody says is 0. A wake-up includes a
+/// context switch. This takes longer on a slow CPU: the slowest counts for all.
 analysis::Overheads overheads_of(const MachineDescription& machine, const MeasuredModel* measured);
 
 /// Builds the model of the processes of a description. Precedence of execution times: the file's,

@@ -12,8 +12,10 @@ namespace takt::test {
 namespace {
 
 using namespace std::chrono_literals;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::ThrowsMessage;
 
 struct Trapped {
   int number = 0;
@@ -253,15 +255,22 @@ TEST(Traps, NothingComesWhereNobodySends) {
   EXPECT_THAT(file.analyzed().bound().why_not, HasSubstr("nothing comes to '/r/t'"));
 }
 
-TEST(Traps, ProcessesThatDoNotFindEachOtherSendNothing) {
-  const auto found = [](const char* discovery) {
+// A run would wait for each of them to find the other.
+TEST(Traps, ProcessesThatDoNotFindEachOtherShareNoTopic) {
+  const auto found = [](const char* discovery, const char* topic = "/x") {
     return analyzed(two_processes(fmt::format("dds: {{discovery: \"{}\"}}\n"
-                                              "topics: {{/x: {{delay: {{max: 1ms}}}}}}\n",
-                                              discovery)))
+                                              "topics: {{{}: {{delay: {{max: 1ms}}}}}}\n",
+                                              discovery, topic)))
         .bound();
   };
   EXPECT_TRUE(found("localhost").bound);
-  EXPECT_THAT(found("off").why_not, HasSubstr("do not find each other"));
+  EXPECT_THAT([&] { found("off"); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("on '/x', and their processes do not find each "
+                                                   "other: `discovery: off`"),
+                                         HasSubstr("system.yaml:"))));
+  // What is written for no topic, sets nothing.
+  EXPECT_THAT([&] { found("localhost", "/X"); },
+              ThrowsMessage<Error>(HasSubstr("no component has the topic '/X'")));
 }
 
 // A run that is refused its priorities goes on, unless the file requires them.

@@ -6,21 +6,20 @@
 
 namespace takt {
 
-MeasuredTimes drawn_overhead(Nanoseconds stated, const MeasuredModel* measured,
+MeasuredTimes drawn_overhead(const std::optional<Nanoseconds>& stated,
+                             const MeasuredModel* measured,
                              MeasuredTimes MeasuredModel::*overhead) {
-  return stated == Nanoseconds::zero() && measured != nullptr ? measured->*overhead
-                                                              : MeasuredTimes();
+  return !stated && measured != nullptr ? measured->*overhead : MeasuredTimes();
 }
 
 CpuModel::Options machine_of(const SystemDescription& system, const MeasuredModel* measured,
                              const Scenario& scenario) {
   const MachineDescription& machine = system.machine;
-  const analysis::Overheads overheads = overheads_of(machine, measured);
   const Nanoseconds granted = *machine.rt_runtime;
   CpuModel::Options options{
       .cpus = {},
-      .change = Nanoseconds(overheads.context_switch),
-      .wake = Nanoseconds(overheads.wake),
+      .change = machine.change.value_or(Nanoseconds::zero()),
+      .wake = Nanoseconds(overheads_of(machine, measured).wake),
       .realtime = granted < std::chrono::seconds(1) ? std::optional(granted) : std::nullopt};
   for (const int cpu : machine.cpus) {
     const auto speed = machine.speed.find(cpu);

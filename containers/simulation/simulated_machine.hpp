@@ -12,8 +12,8 @@ namespace takt {
 
 /// The distribution to draw an overhead from: the measured one, unless the file states the
 /// overhead.
-MeasuredTimes drawn_overhead(Nanoseconds stated, const MeasuredModel* measured,
-                             MeasuredTimes MeasuredModel::*overhead);
+MeasuredTimes drawn_overhead(const std::optional<Nanoseconds>& stated,
+                             const MeasuredModel* measured, MeasuredTimes MeasuredModel::*overhead);
 
 /// The CPUs of the machine, and their overheads, which the scenario may draw.
 CpuModel::Options machine_of(const SystemDescription& system, const MeasuredModel* measured,

@@ -63,7 +63,7 @@ Simulation::Simulation(SystemDescription system, SimulationOptions options)
 
 void Simulation::refuse_what_differs() {
   if (!system_.modes.empty() && options_.overrides.mode.empty()) {
-    refuse(system_, "a switch of modes: the thread that makes it has no CPU of the machine",
+    refuse(system_, "the modes of the file without `--mode`: a simulation does not switch",
            fmt::format("choose the one to simulate: --mode {}",
                        fmt::join(Modes(system_.modes).names(), ", ")),
            system_.modes.front().where);
@@ -147,7 +147,6 @@ void Simulation::leave_out_surroundings() {
     for (const auto& node : system_.lifecycle->bring_up) bring_up_.push_back(node.name);
     notes_.emplace_back("lifecycle nodes are active from the start, and stay so");
   }
-  do_find_each_other_ = !system_.dds || system_.dds->discovery != DiscoveryRange::off;
   if (processes_.size() > 1)
     notes_.emplace_back("nothing comes from outside of these processes but by `arrival`");
   else if (system_.dds)
@@ -366,8 +365,7 @@ SimulatedRun Simulation::run(Scenario scenario, ManualClock& clock) const {
     scenario.faults = faulty.drawn(options_.faults, scenario.seed, options_.duration);
   faulty.check(scenario.faults);
   faults.set_up(scenario.faults, later(kSimulationBegin, Nanoseconds(1)), all, model);
-  if (processes.are_several())
-    wire.set_up(system_, processes.modelled(), model, do_find_each_other_);
+  if (processes.are_several()) wire.set_up(system_, processes.modelled(), model);
   bring_up(all);
   if (options_.overrides.trace_events != 0) clock.record(changes);
   processes.start(wire);

@@ -102,7 +102,7 @@ class Simulation {
   SimulationOptions options_;
   std::vector<std::string> bring_up_;  // lifecycle nodes
   std::vector<std::string> notes_;
-  bool has_cpus_of_here_ = false, do_find_each_other_ = true;
+  bool has_cpus_of_here_ = false;
 };
 
 }  // namespace takt

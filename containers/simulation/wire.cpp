@@ -67,8 +67,7 @@ Envelope received(std::optional<ChainJoin>& sent, const Arrival& arrival) {
 }  // namespace
 
 void Wire::set_up(const SystemDescription& system, std::span<const ModelledProcess> processes,
-                  const SystemModel& model, bool do_find_each_other) {
-  do_find_each_other_ = do_find_each_other;
+                  const SystemModel& model) {
   std::vector<std::size_t> process_of;  // by callback, in the order of the model
   std::vector<const ModelledProcess::Callback*> callbacks;
   for (std::size_t process = 0; process < processes.size(); ++process) {
@@ -116,7 +115,6 @@ void Wire::deliver(IntraProcessReader& reader, MessageBlock& message, const Arri
   const auto from = threads_.find(ManualClock::this_thread());
   if (from == threads_.end() || from->second == end.process)
     return next_.deliver(reader, message, arrival, released);
-  if (!do_find_each_other_) return released.release(message);
   const Nanoseconds delay =
       draws_ ? random_.between(end.delay.least, end.delay.longest) : end.delay.longest;
   TimePoint& last = end.last[from->second];

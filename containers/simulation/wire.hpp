@@ -35,7 +35,7 @@ class Wire final : public DeliveryFilter {
   /// For several processes, which this object must outlive. Throws Error for services between
   /// processes, which it cannot simulate.
   void set_up(const SystemDescription& system, std::span<const ModelledProcess> processes,
-              const SystemModel& model, bool do_find_each_other);
+              const SystemModel& model);
   /// Assigns the threads that have joined the clock since the last call to this process.
   void add_threads(std::size_t process);
   std::size_t process_of(const CpuModel::Thread* thread) const { return threads_.at(thread); }
@@ -70,7 +70,7 @@ class Wire final : public DeliveryFilter {
   DeliveryFilter& next_;
   const bool draws_;
   Draws random_;
-  bool do_find_each_other_ = true, has_ended_ = false;
+  bool has_ended_ = false;
   std::unordered_map<const IntraProcessReader*, End> ends_;
   std::unordered_map<const CpuModel::Thread*, std::size_t> threads_;
   std::multimap<TimePoint, Message> under_way_;

@@ -121,6 +121,9 @@ std::string attributes_text(const ThreadState& thread) {
 
 BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
                        const ModelledProcess& process) {
+  const bool lacks_overheads = std::any_of(
+      model.assumptions.begin(), model.assumptions.end(),
+      [](const Assumption& assumption) { return assumption.id == "overheads_are_zero"; });
   for (std::size_t i = 0; i < process.callbacks.size(); ++i) {
     const SystemModel::Callback& facts = model.callbacks[i];
     const analysis::Callback& callback = model.system.callbacks[i];
@@ -134,7 +137,7 @@ BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
           return member.node == process.callbacks[i].node && says_all(member);
         });
     watched.is_exact = is_exact;
-    watched.times = is_exact && model.system.overheads.dispatch == 0
+    watched.times = is_exact && lacks_overheads && model.system.overheads.dispatch == 0
                         ? "overheads_are_zero"  // its component states its own work exactly
                         : std::string(id_of(facts.execution));
     watched.arrivals = process.callbacks[i].described.arrival || facts.measured_executions == 0

@@ -126,7 +126,7 @@ MUTATIONS = {
     "reading takes no time": ("containers/model/system_model.cpp", "Nanoseconds taken = «taking(index)»;", "Nanoseconds(0)", GUARANTEES),
     "a period's sending takes no time": ("analysis/method.cpp", "Time result = «executor.sending»;", "0", GUARANTEES),
     "who wakes has not switched": (
-        "containers/model/model_threads.cpp", "overheads.wake += «overheads.context_switch»;", "0", GUARANTEES),
+        "containers/model/model_threads.cpp", ".count() + «overheads.context_switch»;", "0", GUARANTEES),
     "overheads are zero in silence": (
         "containers/model/model_machine.cpp", '? «"overheads_are_zero"»', '"as_declared"', GUARANTEES),
     "ignored: change: a process is restarted": (

@@ -27,21 +27,17 @@ void CallbackReader::read_callback(const Value& value, ComponentDescription& com
        "1ms, max: 4ms}` states the shortest, too.",
        into_execution(callback.execution)});
   fields.push_back(waits_field(callback.waits));
-  fields.push_back({"arrival",
-                    "How often it is called, if that is decided outside of this file: by other "
-                    "programs, services, file descriptors, guard conditions. For `takt analyze`.",
-                    into_arrival(callback.arrival)});
+  fields.push_back(
+      {"arrival",
+       "How often it is called, if that is decided outside of this file: by other "
+       "programs, services, file descriptors, guard conditions. For `takt analyze`. It "
+       "is of messages as they arrive: what their way adds to the jitter of the "
+       "sender, a `delay`, is part of `jitter`.",
+       into_arrival(callback.arrival)});
   fields.push_back({"outputs",
                     "When it publishes during an execution, for `takt analyze`: `end`, or `any`.",
                     into(callback.publishes_at_end, {{"end", true}, {"any", false}})});
   read_callback_map(value, "a callback", fields, callback.parameters);
-  const auto& budget = callback.parameters.budget;
-  if (callback.execution && budget && callback.execution->least > *budget) {
-    errors_.add(value.line,
-                fmt::format("'{}' takes {} at least, and has a budget of {}", value.name,
-                            to_string(callback.execution->least), to_string(*budget)),
-                "correct one of them");
-  }
   component.callbacks.try_emplace(value.name, std::move(callback));
 }
 
@@ -49,7 +45,7 @@ SystemReader::Field CallbackReader::waits_field(std::optional<Nanoseconds>& wait
   return {"waits",
           "The most that one execution waits, in all: for a lock, a device, a reply, a sleep. For "
           "`takt analyze`: the thread runs nothing else meanwhile. By default, 0.",
-          [this, &waits](const Value& value) { into_duration(waits.emplace(), [] {})(value); }};
+          into_duration(waits)};
 }
 
 SystemReader::Read CallbackReader::into_execution(std::optional<ExecutionDescription>& execution) {
@@ -133,9 +129,6 @@ void CallbackReader::read_callback_map(const Value& value, std::string_view whos
 }
 
 std::vector<SystemReader::Field> CallbackReader::parameter_fields(CallbackParameters& parameters) {
-  const auto time = [this](std::optional<Nanoseconds>& target) -> Read {
-    return [this, &target](const Value& value) { into_duration(target.emplace(), [] {})(value); };
-  };
   return {
       {"priority",
        "A larger number is more urgent. By default, what Takt assigns to callbacks of `chains`, "
@@ -145,16 +138,17 @@ std::vector<SystemReader::Field> CallbackReader::parameter_fields(CallbackParame
       {"deadline",
        "Relative deadline of the callback's end, from the publication or a timer's due time. "
        "Not 0. For the schedulers `edf` and `least_laxity`. Misses are counted and reported.",
-       time(parameters.deadline)},
+       into_duration(parameters.deadline)},
       {"period",
        "Minimum time between two messages. Not 0. By default, the period of a timer, which has no "
        "other one. `takt analyze` takes it as a promise of what comes from outside of the file; "
        "how often callbacks of the file send, it knows.",
-       time(parameters.period)},
+       into_duration(parameters.period)},
       {"budget",
        "Maximum execution time of the callback, in wall-clock time. Not 0, and at most "
-       "deadline and period. A longer execution is an overrun.",
-       time(parameters.budget)},
+       "deadline and period. A longer execution is an overrun. `takt analyze` counts `execution` "
+       "where both are given, also if it is longer.",
+       into_duration(parameters.budget)},
       {"criticality",
        "A larger number is more critical. By default, the priority of its chain, else 0. For "
        "`chain_priority`.",

@@ -26,8 +26,9 @@ void DdsReader::read(const Value& value) {
         into(dds.diagnostics, {{"on", true}, {"off", false}})},
        {"discovery",
         "Which processes are discovered. `localhost`: those of this machine, ROS 2's included; "
-        "`subnet`: also those that multicast reaches; `off`: none; `system`: as Cyclone's defaults "
-        "and `CYCLONEDDS_URI` say; `lo`: those of this machine that use the loopback interface, "
+        "`subnet`: also those that multicast reaches; `off`: none, so no topic may have ends in "
+        "two containers; `system`: as Cyclone's defaults and `CYCLONEDDS_URI` say; `lo`: those of "
+        "this machine that use the loopback interface, "
         "which excludes ROS 2, and packets from other interfaces are dropped. By default, the "
         "value of the environment variable `ROS_AUTOMATIC_DISCOVERY_RANGE`, else `localhost`.",
         into_discovery(dds.discovery)},

@@ -42,28 +42,28 @@ void MachineReader::read_overheads(const Value& value) {
   MachineDescription& machine = system_.machine;
   const auto publishing = [&](const Value& map) {
     read_map(map, "a publishing overhead",
-             {{"message", "For each message, to one subscription.",
-               into_duration(machine.publish, [] {}), true},
-              {"receiver", "For each other subscription that gets it, besides. By default, 0.",
-               into_duration(machine.publish_receiver, [] {})},
-              {"megabyte", "For each megabyte of it, besides. By default, 0.",
-               into_duration(machine.publish_megabyte, [] {})}});
+             {{"message", "For each message, to one subscription.", into_duration(machine.publish),
+               true},
+              {"receiver", "For each other subscription that gets it, besides.",
+               into_duration(machine.publish_receiver)},
+              {"megabyte", "For each megabyte of it, besides.",
+               into_duration(machine.publish_megabyte)}});
   };
   read_map(
       value, "overheads",
-      {{"dispatch", "Before each callback.", into_duration(machine.dispatch, [] {})},
+      {{"dispatch", "Before each callback.", into_duration(machine.dispatch)},
        {"wake",
         "To wake a sleeping thread: the most by which a timer is late, without the `switch` to the "
         "thread, which counts besides. That of a model has both in it.",
-        into_duration(machine.wake, [] {})},
+        into_duration(machine.wake)},
        {"switch",
         "From one thread to another: once for each that wakes, twice for each preemption.",
-        into_duration(machine.change, [] {})},
+        into_duration(machine.change)},
        {"publish",
         "To send a message, and as much again to take one of another process, for callbacks "
         "whose execution time the component itself says; measured and declared times have "
         "both in them.",
-        either(into_duration(machine.publish, [] {}), publishing)}});
+        either(into_duration(machine.publish), publishing)}});
 }
 
 // A thread bound to a CPU that `machine: cpus` lacks would be analysed on an undescribed CPU.
@@ -111,6 +111,7 @@ void MachineReader::read_speed(const Value& value) {
   const char* const end = value.name.data() + value.name.size();
   if (std::from_chars(value.name.data(), end, cpu).ptr != end || cpu < 0) {
     errors_.add(value.line, fmt::format("'{}' is not a CPU", value.name), "write its number");
+    return;
   }
   if (!(speed >= 0.001 && speed <= 1000)) {
     errors_.add(value.line, fmt::format("CPU {} has a speed of {}", value.name, speed),

@@ -17,10 +17,8 @@ void TopicReader::read(const Value& value) {
   std::optional<int> depth;
   bool must_match = false;
   const int most_kept = static_cast<int>(QoS().keep_all().depth);
-  const auto duration = [this](std::optional<Nanoseconds>& target) -> Read {
-    return [this, &target](const Value& time) {
-      into_duration(target.emplace(), [&target] { QoS().deadline(*target).check(); })(time);
-    };
+  const auto duration = [this](std::optional<Nanoseconds>& target) {
+    return into_duration(target, [&target] { QoS().deadline(*target).check(); });
   };
   read_map(
       value, "a topic",
@@ -42,15 +40,17 @@ void TopicReader::read(const Value& value) {
                                                {"transient_local", Durability::transient_local}})},
        {"deadline",
         "Maximum time between two messages. A subscription with a deadline does not match a "
-        "publisher with a longer one or none.",
+        "publisher with a longer one or none. `0s`: none, whatever the code says.",
         duration(qos.deadline)},
-       {"lifespan", "Older messages are dropped, and counted.", duration(qos.lifespan)},
+       {"lifespan", "Older messages are dropped, and counted. `0s`: none are.",
+        duration(qos.lifespan)},
        {"liveliness",
         "`automatic`: a publisher is alive while its process is. `manual_by_topic`: it must "
         "publish or assert its liveliness.",
         into(qos.liveliness, Words<Liveliness>{{"automatic", Liveliness::automatic},
                                                {"manual_by_topic", Liveliness::manual_by_topic}})},
-       {"lease_duration", "A publisher without a sign of life for this time is not alive.",
+       {"lease_duration",
+        "A publisher without a sign of life for this time is not alive. `0s`: each is.",
         duration(qos.lease_duration)},
        {"must_match",
         "`true`: the run fails if the topic has only publishers or only subscriptions 10 s after "

@@ -269,6 +269,8 @@ AnalyzedFile analyze_system(SystemDescription system, const AnalyzeOptions& opti
     if (!file.system.machine.cpus.empty()) forget_cpus(process.threads);
     file.containers.push_back(std::make_unique<Container>(process, overrides));
     file.processes.push_back(file.containers.back()->modelled());
+    const std::vector<std::string>& notes = file.processes.back().notes;
+    file.system.notes.insert(file.system.notes.end(), notes.begin(), notes.end());
     file.processes.back().is_program = file.program != nullptr;
     if (file.program != nullptr) file.processes.back().others = file.program->others();
     remember_cpus(threads, file.processes.back().threads);

@@ -34,12 +34,14 @@ void note_what_is_not_counted(const SystemDescription& system) {
 
 /// Errors that a constructor shows, of all processes of the file.
 void construct(const SystemDescription& system, std::vector<std::string>& errors) {
-  std::vector<SystemDescription> processes = split(system, Composition::file);
-  for (SystemDescription& process : processes) {
-    const std::vector<std::string> more =
-        errors_of_construction(std::move(process), processes.size() == 1);
+  const std::size_t before = errors.size();
+  const auto add = [&](SystemDescription described, Construct what) {
+    const std::vector<std::string> more = errors_of_construction(std::move(described), what);
     errors.insert(errors.end(), more.begin(), more.end());
-  }
+  };
+  for (SystemDescription& process : split(system, Composition::file))
+    add(std::move(process), Construct::process);
+  if (errors.size() == before) add(system, Construct::file);
 }
 
 void check(const std::vector<std::string>& files, bool constructs) {

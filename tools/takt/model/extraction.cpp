@@ -146,6 +146,11 @@ class Extraction {
     }
   }
 
+  static bool has_cause(const Trace& trace, const TracedExecution& execution) {
+    if (!execution.cause) return execution.kind == "timer";
+    return trace.executions[*execution.cause].callback != kRemoved;
+  }
+
   // A pool may start executions in another order than they became ready.
   void add_arrivals(const Trace& trace, const std::vector<bool>& counts) {
     struct Arrival {
@@ -158,7 +163,7 @@ class Extraction {
       const TracedExecution& execution = trace.executions[i];
       if (!counts[i]) continue;
       arrivals[execution.callback].push_back(
-          {execution.ready, execution.lost, execution.cause || execution.kind == "timer"});
+          {execution.ready, execution.lost, has_cause(trace, execution)});
     }
     for (auto& [name, of_callback] : arrivals) {
       std::stable_sort(of_callback.begin(), of_callback.end(),
@@ -217,7 +222,9 @@ class Extraction {
     }
   }
 
+  // A chain through several processes has a piece in each: no more come through than through all.
   void add_chains(const json& chains) {
+    std::map<std::string, std::uint64_t> came_through;
     for (const json& chain : chains) {
       const json& latency = chain.at("latency_us");
       if (latency.at("count") == 0) continue;
@@ -226,7 +233,9 @@ class Extraction {
                                       [&](const auto& other) { return other.name == name; });
       MeasuredChain& measured =
           known != model.chains.end() ? *known : model.chains.emplace_back(MeasuredChain{name});
-      measured.instances += latency.at("count").get<std::uint64_t>();
+      const auto count = latency.at("count").get<std::uint64_t>();
+      std::uint64_t& all = came_through.try_emplace(name, count).first->second;
+      all = std::min(all, count);
       for (const auto& [key, time] : {std::pair{"p50", &MeasuredChain::median},
                                       {"p99", &MeasuredChain::p99},
                                       {"p999", &MeasuredChain::p999},
@@ -234,6 +243,7 @@ class Extraction {
         measured.*time = std::max(measured.*time, rt::from_us(latency.at(key)));
       }
     }
+    for (MeasuredChain& measured : model.chains) measured.instances += came_through[measured.name];
   }
 
   static MeasuredCallback measured(const std::string& name, Seen& seen) {

@@ -158,6 +158,9 @@ TEST(Extraction, KnowsWhatNoCallbackHasCaused) {
   EXPECT_EQ(model.callbacks[0].uncaused, 0u);
   EXPECT_EQ(model.callbacks[1].uncaused, 2u);
   EXPECT_THAT(model.callbacks[1].uncaused_distances, ElementsAre(5ms));
+  // Nor what one has caused that was let go, and is in no model.
+  trace.executions[0].callback = "(removed)";
+  EXPECT_EQ(model_of(trace).callbacks.at(0).uncaused, 3u);
 }
 
 // CPU time alone hid that a callback sleeps.
@@ -250,6 +253,17 @@ TEST(Extraction, TakesTheWorstOfSeveralTraces) {
   EXPECT_EQ(model.chains[0].longest, 4us);
   const json written = model_json(model).at("chains").at(0).at("latency_us");
   EXPECT_EQ(written, json::parse(R"({"p50": 1.5, "p99": 2.0, "p999": 3.0, "max": 4.0})"));
+}
+
+// Each process has its piece of a chain: two pieces of 7 instances are 7 instances.
+TEST(Extraction, CountsTheInstancesOfAChainThroughSeveralProcessesOnce) {
+  Made trace = periodic();
+  for (const int count : {8, 7}) {
+    trace.about["chains"].push_back(
+        {{"name", "c"},
+         {"latency_us", {{"count", count}, {"p50", 1}, {"p99", 2}, {"p999", 3}, {"max", 4}}}});
+  }
+  EXPECT_EQ(model_of(trace).chains.at(0).instances, 7u);
 }
 
 TEST(Model, IsReadAsItWasWritten) {

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <memory>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -19,6 +20,7 @@
 #include "takt/base/error.hpp"
 #include "takt/containers/container.hpp"
 #include "takt/containers/model/system_model.hpp"
+#include "takt/containers/planning/plan.hpp"
 
 #include "run/child_output.hpp"
 #include "run/live_line.hpp"
@@ -33,25 +35,44 @@ constexpr auto kMostTime = std::chrono::milliseconds(30000);
 /// The child writes it last: it ended neither before nor by itself.
 constexpr char kDone = '\0';
 
-/// In the child. One line for each error. Of a whole system the analysis finds more: what its nodes
-/// make does not fit the file.
-std::string construct(const SystemDescription& process, bool is_whole) {
+ContainerOverrides only_constructs() {
+  return {.only_constructs = true};
+}
+
+/// Of a whole system the analysis finds more: what its nodes make does not fit the file.
+void construct_whole(const SystemDescription& system) {
+  std::vector<std::unique_ptr<Container>> containers;
+  std::vector<ModelledProcess> processes;
+  std::vector<std::shared_ptr<Node>> nodes;
+  for (SystemDescription& process : split(system, Composition::file)) {
+    process.dds.reset();
+    containers.push_back(std::make_unique<Container>(process, only_constructs()));
+    processes.push_back(containers.back()->modelled());
+    for (const auto& member : processes.back().nodes) nodes.push_back(member.node);
+  }
+  std::vector<std::string> errors;
+  const std::vector<PlannedChain> chains = find_chains(system, nodes, errors);
+  if (!errors.empty()) throw ConfigurationError(errors);
+  make_system_model(system, chains, processes);
+}
+
+/// In the child. One line for each error.
+std::string construct(const SystemDescription& system, Construct what) {
   try {
-    const Container container(process);
-    if (is_whole) {
-      const ModelledProcess modelled = container.modelled();
-      make_system_model(process, container.plan().chains, {&modelled, 1});
+    if (what == Construct::process) {
+      const Container container(system, only_constructs());
+    } else {
+      construct_whole(system);
     }
     return "";
   } catch (const ConfigurationError& error) {
     return fmt::format("{}\n", fmt::join(error.errors(), "\n"));
   } catch (const std::exception& error) {
-    const std::string what = error.what();  // it may begin with its line
-    return what.starts_with(process.file) ? what + "\n"
-                                          : fmt::format("{}: {}\n", process.file, what);
+    const std::string text = error.what();  // it may begin with its line
+    return text.starts_with(system.file) ? text + "\n" : fmt::format("{}: {}\n", system.file, text);
   } catch (...) {
     return fmt::format("{}: a component threw an object that is not a std::exception\n",
-                       process.file);
+                       system.file);
   }
 }
 
@@ -73,7 +94,7 @@ std::string answer_of(pid_t child, int pipe, bool& is_late) {
 
 }  // namespace
 
-std::vector<std::string> errors_of_construction(SystemDescription process, bool is_whole) {
+std::vector<std::string> errors_of_construction(SystemDescription process, Construct what) {
   if (process.dds) {
     process.dds->discovery = DiscoveryRange::off;
     process.dds->shared_memory = SharedMemory::off;
@@ -89,7 +110,7 @@ std::vector<std::string> errors_of_construction(SystemDescription process, bool 
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(1);
     dup2(STDERR_FILENO, STDOUT_FILENO);  // what constructors print is no result of takt
-    const std::string errors = construct(process, is_whole) + kDone;
+    const std::string errors = construct(process, what) + kDone;
     const ssize_t written = write(pipe_ends[1], errors.data(), errors.size());
     _exit(written == static_cast<ssize_t>(errors.size()) ? 0 : 1);
   }

@@ -10,11 +10,14 @@
 
 namespace takt::tools {
 
-/// The errors of the process's components, none if all could be constructed. No callback runs, and
+/// Constructs the components of one process of a file, as `takt run` does, or all of the file in
+/// one, and finds what the analysis refuses.
+enum class Construct { process, file };
+
+/// The errors of the components, none if all could be constructed. No callback runs, and
 /// no other process is discovered. A child that crashes, or takes too long, is an error too.
-/// `is_whole`: it is the only process of its file.
 /// Call it before this process has other threads.
-std::vector<std::string> errors_of_construction(SystemDescription process, bool is_whole);
+std::vector<std::string> errors_of_construction(SystemDescription system, Construct what);
 
 }  // namespace takt::tools
 

@@ -144,13 +144,31 @@ class Attendant {
   const Nanoseconds before_ = process_cpu_time(process_);
 };
 
+/// Otherwise they would wait for each other in vain.
+void check_that_they_meet(const SystemDescription& process, const std::vector<ProcessState>& made,
+                          const std::vector<std::vector<std::uint64_t>>& matches) {
+  if (!process.dds || process.dds->discovery != DiscoveryRange::off) return;
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    for (std::size_t j = 0; j < matches[i].size() && !made[i].serves_itself; ++j) {
+      if (matches[i][j] == 0) continue;
+      throw Error(fmt::format("topic '{}' has its ends in several processes, which do not find "
+                              "each other: `discovery: off`",
+                              made[i].endpoints[j].topic),
+                  "write `discovery: localhost`, or make them components of one container",
+                  process.file);
+    }
+  }
+}
+
 FinishedRun run_apart(const std::vector<SystemDescription>& processes, const RunOptions& options,
                       pid_t roudi, const EndSignals& signals) {
   Supervisor supervisor(processes, options.words, signals);
   const std::vector<ProcessState> made = states_of(supervisor.hear());
   check_names(made);
   begin_work();
-  supervisor.ask_to_match(count_matches(made));
+  const auto matches = count_matches(made);
+  check_that_they_meet(processes.front(), made, matches);
+  supervisor.ask_to_match(matches);
   supervisor.ask("start");
   supervisor.release();
   std::vector<Attendant> attendants{{"takt", 0}};

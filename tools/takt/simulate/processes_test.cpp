@@ -337,28 +337,8 @@ TEST(SimulatedProcesses, WhatNothingTellsIsNoted) {
       Contains("messages on '/b' between processes take no time: the topic has no `delay`"));
   EXPECT_THAT(notes("", "/a: {delay: 1ms}, /b: {delay: 1ms}"),
               ::testing::Not(Contains(HasSubstr("take no time"))));
-  const SimulatedRun blind =
-      simulation_of(of_processes(there_and_back("dds: {discovery: 'off'}"))).run({});
-  EXPECT_EQ(chain_of(blind).instances, 0u);
-}
-
-// Its sender paid for the receiver of the other process, unlike in the analysis.
-TEST(SimulatedProcesses, WhoIsNotFoundCostsNothing) {
-  const SimulatedRun run = simulation_of(of_processes(R"(
-dds: {discovery: 'off'}
-machine: {cpus: 2, rt_runtime: unlimited, overheads: {dispatch: 1us, wake: 10us, switch: 2us, publish: {message: 5us, receiver: 1us}}}
-threads: {a: {policy: SCHED_FIFO, priority: 60, affinity: [0]}, b: {policy: SCHED_FIFO, priority: 60, affinity: [1]}}
-executors: {a: {type: events, threads: [a]}, b: {type: events, threads: [b]}}
-chains: [{name: c, path: [n/x_timer, m/x]}]
-containers:
-  - name: p
-    components:
-      - {component: takt::Workload, name: n, executor: a, parameters: {publishers: {topic: [x], period_us: [10000], work_us: [500]}}}
-      - {component: takt::Workload, name: m, executor: a, parameters: {subscriptions: {topic: [x], work_us: [500]}}}
-  - {name: q, components: [{component: takt::Workload, name: o, executor: b, parameters: {subscriptions: {topic: [x], work_us: [500]}}}]}
-)"))
-                               .run({});
-  EXPECT_EQ(chain_of(run).latency.max(), 12us + 1us + 505us + 1us + 500us);
+  EXPECT_THAT([&] { notes("dds: {discovery: 'off'}", "/a: {delay: 1ms}"); },
+              ::testing::ThrowsMessage<Error>(HasSubstr("do not find each other")));
 }
 
 TEST(SimulatedProcesses, AServiceBetweenThemIsRefused) {

@@ -202,6 +202,14 @@ TEST(Simulation, CallbacksTakeTheirTimeAndSend) {
   EXPECT_NEAR(result.threads.front().statistics.cpu_percent(), 60, 0.001);
 }
 
+// It waited for ever where one took longer than an hour.
+TEST(Simulation, EndsWhenItsTimeIsOver) {
+  const ProcessResult result =
+      simulated(mute_file("machine: {cpus: 4}\n", "affinity: [3]", "type: events",
+                          "a: {execution: 3h}, b: {execution: 3ms}, c: {execution: 4ms}"));
+  EXPECT_EQ(result.chains.front().statistics.instances, 0u);
+}
+
 TEST(Simulation, RunsInTheModeThatIsGiven) {
   const std::string text = mute_file("modes: {calm: {drop: [mute/b]}}\nmachine: {cpus: 4}\n");
   const auto in_mode = [&](const char* mode) {
@@ -467,9 +475,8 @@ TEST(Simulation, WhatCannotBeSimulatedIsRefusedByName) {
               HasSubstr("cannot simulate '/mute/b': its execution time is not known"));
   EXPECT_THAT(
       error(mute_file("modes: {calm: {drop: [mute/a]}}\n" + machine)),
-      HasSubstr("system.yaml:1: cannot simulate a switch of modes: the thread that makes it "
-                "has no CPU of the machine; choose the one to simulate: --mode normal, "
-                "calm"));
+      HasSubstr("system.yaml:1: cannot simulate the modes of the file without `--mode`: a "
+                "simulation does not switch; choose the one to simulate: --mode normal, calm"));
   std::string text = mute_file(machine);
   text.replace(text.find("      executor: default"), 23,
                "      executor: default\n      parameters: {use_sim_time: true}");

@@ -115,6 +115,24 @@ container: {components: [{component: takt::Workload, name: x, executor: e, param
     check("how many groups there are the file does not say", "--construct counts them" in run("check", "groups.yaml").stderr)
     said = run("check", "--construct", "groups.yaml", status=2).stderr
     check("and --construct refuses what the analysis would", "SCHED_DEADLINE threads reserve 1.2 CPUs, of 0.95" in said, said)
+    apart = ("dds: {discovery: off}\ncontainers:\n"
+             "  - {name: p, components: [{component: takt::Workload, name: a, parameters: {publishers: {topic: [x], period_us: [9000]}}}]}\n"
+             "  - {name: q, components: [{component: takt::Workload, name: b, parameters: {subscriptions: {topic: [x]}}}]}\n")
+    pathlib.Path("apart.yaml").write_text(apart, encoding="utf-8")
+    for command in (["check", "--construct"], ["analyze"], ["simulate"]):
+        said = run(*command, "apart.yaml", status=2).stderr
+        check(f"{command[0]} knows that processes do not find each other", "apart.yaml:1: " in said and "`discovery: off`" in said, said)
+    begin = time.monotonic()
+    said = run("run", "apart.yaml", "--duration", "1s", status=1).stderr
+    check("and run does not wait for them", "`discovery: off`" in said and time.monotonic() - begin < 8, said)
+    recorder = IDLE.replace("]}", ", {component: takt::Recorder, parameters: {file: kept.mcap}}]}")
+    pathlib.Path("recorder.yaml").write_text(recorder, encoding="utf-8")
+    run("run", "recorder.yaml", "--duration", "100ms")
+    before, listed = pathlib.Path("kept.mcap").read_bytes(), sorted(os.listdir())
+    for command in (["check", "--construct"], ["analyze"], ["plan"], ["graph"]):
+        run(*command, "recorder.yaml", *(["--allow-unbounded"] if command == ["analyze"] else []))
+        check(f"{command[0]} constructs, and writes nothing", pathlib.Path("kept.mcap").read_bytes() == before)
+    check("and no new file", sorted(os.listdir()) == listed, os.listdir())
     text = f"container: {{components: [{{component: Witness, library: {witness}, name: ends}}]}}\n"
     pathlib.Path("ends.yaml").write_text(text, encoding="utf-8")
     environment["WITNESS"] = os.getcwd()
