@@ -85,8 +85,9 @@ STEPS = [
     ("takt run robot.yaml --executor multi_threaded --duration 1s", 0, r"^fast +/lidar +scan_timer"),
     ("takt run robot.yaml --duration 3s --trace trace.json", 0, r"/motor +points"),
     ("takt model trace.json -o model.yaml", 0, r"/filter"),
-    # On a machine that others use, a run may also have missed the deadline, or been longer than its bound: each has a next step.
-    ("takt analyze robot.yaml --model model.yaml", 1, r"^drive is bounded if\n(.*\n)+ +→ |^drive took .* measure longer|^drive took .* its deadline"),
+    # On a machine that others use, a run may also have missed the deadline, been longer than its bound, or so long that messages wait: each has
+    # a next step.
+    ("takt analyze robot.yaml --model model.yaml", 1, r"^drive is bounded if\n(.*\n)+ +→ |^drive took .* measure longer|^drive took .* its deadline|^drive is in time, but not every instance comes through"),
     ("Which executor is best?", "A difference that is real is said so; below six repeats there is no verdict."),
     ("takt compare robot.yaml --executors file,multi_threaded --repeat 6 --duration 300ms", 0, r"multi_threaded"),
     ("takt compare robot.yaml --report robot.pdf", 2, r"\.html"),

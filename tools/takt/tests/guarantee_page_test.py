@@ -68,6 +68,8 @@ with tempfile.TemporaryDirectory() as folder:
               status, said[-3000:])
         if "is late in: takt simulate" in said:
             found = re.search(witness, said)[0]
+            if re.search(r"^brake took [\d.]+ ms in the measured run", said, re.M):
+                skip("other work made the run itself as late")
             late = float(re.search(r"^brake takes ([\d.]+) ms in a simulation", said, re.M)[1])
         if begin == "takt simulate":
             latencies = re.search(r"^brake +9000 +\S+ +(\d+) ", said, re.M)
