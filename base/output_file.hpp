@@ -19,9 +19,9 @@ inline constexpr std::string_view kTaktsJson = "\t \t ";
 /// Overwrites what Takt wrote, an empty file, a device or a pipe, and no other: no file of a
 /// person unless permit_overwriting() was called, and none that this process has read (see
 /// was_read()). What is there stays until the new content is complete: that is in a file beside it,
-/// NAME.incomplete-XXXXXX, which then gets the name. At a place that is
-/// checked only, it throws as it would, and what is written goes nowhere. `tools/check` refuses
-/// other ways to write.
+/// NAME.incomplete-XXXXXX, which then gets the name. At a place that is checked
+/// only, it throws as it would, and what is written goes nowhere. `tools/check` refuses other ways
+/// to write.
 /// Thread safety: one thread at a time; the static functions: any thread.
 /// Real-time: no.
 class OutputFile {
