@@ -164,6 +164,8 @@ std::unique_ptr<Executor> Program::make_executor(const std::string& type, Execut
   if (!variables_.scheduler.empty()) options.scheduler = variables_.scheduler;
   const ExecutorTraits traits = executors().traits(chosen);
   if (options.threads.size() > traits.max_threads) options.threads.resize(traits.max_threads);
+  // A band has ascending priorities on one CPU: the threads of another type are none.
+  if (traits.takes_band && chosen != type) options.threads.clear();
   options.trace_events = variables_.trace_events;
   auto executor = executors().make(chosen, options);
   const std::lock_guard lock(mutex_);

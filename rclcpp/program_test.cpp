@@ -66,7 +66,7 @@ TEST_F(ProgramDeathTest, EveryExecutorServesTheFunctionsThatSpin) {
             }
             spin_some(node);
             {
-              executors::SingleThreadedExecutor executor;
+              executors::MultiThreadedExecutor executor(ExecutorOptions(), 2);
               executor.add_node(node);
               executor.spin_some();
               executor.remove_node(node);
