@@ -92,6 +92,7 @@ TimePoint ContainerWatch::look_in_time() {
 void ContainerWatch::look(bool is_over) {
   if (next_look_ == kNever) return;
   const auto watch = watch_.lock();
+  if (setting_.overrides.statistics != StatisticsLevel::off) (*watch)->count_messages();
   std::vector<CallbackStatistics> callbacks;
   for (const auto& running : running_) {
     if (running->is_own || !running->has_begun.load()) continue;

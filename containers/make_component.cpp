@@ -82,6 +82,19 @@ void check_names(const ComponentDescription& component, const Node& node,
   check(component.callbacks, node.entities(), "callback");
 }
 
+/// Of the first callback whose parameters are refused by themselves; or else `other`.
+SourceLine line_of_refused(const ComponentDescription& component, const Node& node,
+                           const SourceLine& other) {
+  for (const auto& [name, callback] : component.callbacks) {
+    try {
+      node.check_callback_parameters({.callbacks = {{name, callback.parameters}}});
+    } catch (const Error&) {
+      return callback.where;
+    }
+  }
+  return other;
+}
+
 // Sets the parameters before executors get the callbacks, so that no executor needs an update.
 void set_parameters(const ComponentDescription& component, Node& node,
                     std::vector<std::string>& errors) {
@@ -98,8 +111,9 @@ void set_parameters(const ComponentDescription& component, Node& node,
   try {
     node.set_callback_parameters(changes);
   } catch (const Error& error) {
-    errors.push_back(
-        Error(fmt::format("{}: {}", noun_of(component), error.what()), "", where).what());
+    errors.push_back(Error(fmt::format("{}: {}", noun_of(component), error.what()), "",
+                           line_of_refused(component, node, where))
+                         .what());
   }
 }
 

@@ -83,6 +83,8 @@ class LifecycleNode : public Node {
 
   /// During a transition: its transition state.
   LifecycleState get_current_state() const noexcept { return state_.load(); }
+  /// How often it has left the state `active`, and its callbacks have come to rest.
+  std::uint32_t deactivations() const noexcept { return gate_->closings() - 1; }
 
   // Managed entities, as Node's.
 

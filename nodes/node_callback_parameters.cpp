@@ -34,6 +34,15 @@ std::map<Object*, CallbackParameters> after(
   return result;
 }
 
+// A timer is released at its own period, whatever its callback states.
+void check_period(const Entity& callback, const CallbackParameters& parameters) {
+  const Nanoseconds own = callback.period();
+  if (own == Nanoseconds::zero() || parameters.period.value_or(own) == own) return;
+  throw Error(fmt::format("'{}' is a timer, which is released every {}: it has no 'period' of {}",
+                          callback.name(), to_string(own), to_string(*parameters.period)),
+              "remove it");
+}
+
 }  // namespace
 
 // With the mutex held: the new parameters of each object; throws if one of them is invalid.
@@ -47,7 +56,10 @@ Node::ChangedParameters Node::checked(const CallbackParameterChanges& changes,
     return found != some.end() ? found->second : object->parameters();
   };
   for (const auto& [group, parameters] : changed.groups) parameters.check();
-  for (const auto& [entity, parameters] : changed.callbacks) parameters.check(entity->period());
+  for (const auto& [entity, parameters] : changed.callbacks) {
+    parameters.check(entity->period());
+    check_period(*entity, parameters);
+  }
   for (const auto& entity : entities) {
     of(changed.callbacks, entity)
         .or_else(of(changed.groups, entity->group()))

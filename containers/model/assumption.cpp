@@ -50,8 +50,8 @@ constexpr std::array kKinds{
         "active nodes stay active",
         "", "what containers do, and what nodes change of their callbacks",
         "name the model in the file (`model`): then a container refuses to load and to "
-        "change what takes a guarantee away; of several processes, it does not know the "
-        "others",
+        "change what takes a guarantee away of its own chains; nothing refuses to unload, to "
+        "deactivate a node, or what a node does by itself",
         kOfContainers},
     AssumptionKind{"overheads_are_zero", "Linux and Takt need no time besides that of callbacks",
                    "", "",

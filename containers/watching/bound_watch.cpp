@@ -5,7 +5,6 @@
 #include <array>
 #include <fstream>
 #include <sstream>
-#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -14,7 +13,6 @@
 #include "takt/base/available_cpus.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/containers/model/model_builder.hpp"
-#include "takt/entities/timer.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
 namespace takt {
@@ -120,7 +118,8 @@ std::string attributes_text(const ThreadState& thread) {
 }  // namespace
 
 BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
-                       const ModelledProcess& process) {
+                       const ModelledProcess& process)
+    : changes_(process), sent_(model, process) {
   const bool lacks_overheads = std::any_of(
       model.assumptions.begin(), model.assumptions.end(),
       [](const Assumption& assumption) { return assumption.id == "overheads_are_zero"; });
@@ -148,8 +147,6 @@ BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
     watched.bound = limits.bound;
     watched.is_silent = !callback.is_timer && !callback.arrivals && !has_senders(model, i);
     watched.entity = process.callbacks[i].entity;
-    watched.node = process.callbacks[i].node;
-    watched.parameters = process.callbacks[i].parameters();
     watched.watch = std::make_shared<ExecutionWatch>(limits);
     process.callbacks[i].entity->set_execution_watch(watched.watch);
   }
@@ -175,6 +172,8 @@ BoundWatch::BoundWatch(const SystemModel& model, const ModelBounds& bounds,
 }
 
 void BoundWatch::begin(const std::vector<int>& threads) {
+  changes_.begin();
+  sent_.begin();
   preemptions_.begin(threads, cpus_);
   before_ = figures(threads);
 }
@@ -192,9 +191,12 @@ void BoundWatch::look(const std::vector<int>& threads,
     look_at_callback(watched, counted != callbacks.end() ? *counted : CallbackStatistics(),
                      is_over);
     if (!is_over) look_at_what_waits(watched);
-    look_at_what_its_node_changes(watched);
-    look_at_clock(watched);
   }
+  if (!is_over) {  // a manager has shut its nodes down by then
+    for (const NodeChanges::Found& found : changes_.look())
+      report("nothing_is_changed", found.of, found.text, 1, all_);
+  }
+  look_at_what_was_sent(callbacks);
   for (const CallbackStatistics& each : callbacks) look_at_what_is_new(each);
   for (const auto& chain : chains) look_at_chain(*chain, callbacks);
   look_at_machine(threads);
@@ -213,39 +215,23 @@ void BoundWatch::look_at_what_is_new(const CallbackStatistics& counted) {
   report("as_declared", name, fmt::format("'{}' was made later", name), 1, all_);
 }
 
-// In simulated time, timers may run at any speed.
-void BoundWatch::look_at_clock(const Watched& callback) {
-  const auto entity = callback.entity.lock();
-  const auto* const timer = dynamic_cast<const Timer*>(entity.get());
-  if (timer == nullptr) return;
-  const auto simulated = timer->clock().as_simulated();
-  if (simulated == nullptr || !simulated->simulates()) return;
-  report("nothing_is_changed", callback.name + " clock",
-         fmt::format("'{}' follows simulated time", callback.name), 1, all_);
-}
-
-// Finds changes by the node's own code. The container reports its changes through changed().
-void BoundWatch::look_at_what_its_node_changes(const Watched& callback) {
-  const auto node = callback.node.lock();
-  if (node == nullptr) return;
-  const auto entity = callback.entity.lock();
-  if (entity == nullptr) {
-    return report("nothing_is_changed", callback.name + " gone",
-                  fmt::format("'{}' was let go", callback.name), 1, all_);
+// More than its senders explain comes from a thread of a component, or a callback sends more often
+// than once.
+void BoundWatch::look_at_what_was_sent(const std::vector<CallbackStatistics>& callbacks) {
+  for (const SentMessages::Found& found : sent_.look(callbacks)) {
+    const Watched& to = callbacks_[found.to];
+    report(to.arrivals, to.name + " sent",
+           fmt::format("{} messages were sent to '{}', and executions of its senders explain no "
+                       "more than {}: a thread of a component sends, or a callback sends more",
+                       found.sent, to.name, found.most),
+           found.sent - found.most, to.chains);
   }
-  const auto numbers = [](const CallbackParameters& of) {
-    return std::tuple(of.priority, of.deadline, of.period, of.budget, of.criticality, of.overrun,
-                      of.releases);
-  };
-  if (numbers(node->callback_parameters(*entity)) == numbers(callback.parameters)) return;
-  report("nothing_is_changed", callback.name + " parameters",
-         fmt::format("the parameters of '{}' are others", callback.name), 1, all_);
 }
 
 // A callback that is never served ends no execution that could be compared with its bound.
 void BoundWatch::look_at_what_waits(const Watched& callback) {
   const auto entity = callback.entity.lock();
-  if (entity == nullptr || callback.bound == Nanoseconds::zero()) return;
+  if (callback.bound == Nanoseconds::zero() || was_let_go(entity)) return;
   Arrival arrival{};
   TimePoint since = kNever;
   if (const auto release = entity->next_release()) {

@@ -14,7 +14,9 @@
 #include "takt/base/visibility.hpp"
 #include "takt/containers/model/system_model.hpp"
 #include "takt/containers/result.hpp"
+#include "takt/containers/watching/node_changes.hpp"
 #include "takt/containers/watching/preemptions.hpp"
+#include "takt/containers/watching/sent_messages.hpp"
 #include "takt/entities/execution_watch.hpp"
 #include "takt/nodes/chain.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
@@ -24,8 +26,7 @@ namespace TAKT_INTERNAL takt {
 /// Sets the limits of each callback, see ExecutionWatch. look() compares the rest: chains, losses,
 /// and the kernel's counters of threads and CPUs.
 ///
-/// Not observable: a callback that blocks longer or sends more than was assumed, unless a bound
-/// breaks.
+/// Not observable: a callback that blocks longer than was assumed, unless a bound breaks.
 /// Thread safety: none; `look` and `begin` from one thread.
 /// Real-time: no; only ExecutionWatch is on threads that run callbacks.
 class BoundWatch {
@@ -35,6 +36,8 @@ class BoundWatch {
 
   /// Sets the baseline of all counters. `threads`: those that run callbacks.
   void begin(const std::vector<int>& threads);
+  /// Call it before the statistics for `look` are read: what was sent by now is compared with them.
+  void count_messages() { sent_.count(); }
   /// Finds deviations since the last look, and logs the first one of each kind. `is_over`: no timer
   /// is served any more, so waiting releases are not lost.
   void look(const std::vector<int>& threads, const std::vector<CallbackStatistics>& callbacks,
@@ -63,9 +66,7 @@ class BoundWatch {
     Nanoseconds bound{0};    // 0: none
     bool is_silent = false;  // the analysis has no arrivals for it
     bool is_exact = false;   // its component says how long it works
-    std::weak_ptr<const Entity> entity;
-    std::weak_ptr<const Node> node;
-    CallbackParameters parameters;  // as they were analysed
+    std::weak_ptr<Entity> entity;
   };
   struct WatchedChain {
     Nanoseconds bound{0};
@@ -86,8 +87,7 @@ class BoundWatch {
   void look_at_callback(Watched& callback, const CallbackStatistics& counted, bool is_over);
   void look_at_what_is_new(const CallbackStatistics& counted);
   void look_at_what_waits(const Watched& callback);
-  void look_at_clock(const Watched& callback);
-  void look_at_what_its_node_changes(const Watched& callback);
+  void look_at_what_was_sent(const std::vector<CallbackStatistics>& callbacks);
   void look_at_what_comes_from_outside(Watched& callback, std::uint64_t count);
   void look_at_chain(const Chain& chain, const std::vector<CallbackStatistics>& callbacks);
   void look_at_machine(const std::vector<int>& threads);
@@ -103,6 +103,8 @@ class BoundWatch {
   std::vector<Watched> callbacks_;
   std::map<std::string, WatchedChain> chains_;
   std::vector<std::string> all_;  // the names of `chains_`
+  NodeChanges changes_;
+  SentMessages sent_;
   Preemptions preemptions_;
   std::set<int> cpus_;  // of the real-time threads
   Figures before_;

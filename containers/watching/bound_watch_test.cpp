@@ -18,6 +18,7 @@
 #include "takt/containers/configuration/configuration_file_test.hpp"
 #include "takt/containers/container.hpp"
 #include "takt/containers/process_usage.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 #include "takt/testing/eventually.hpp"
 
@@ -51,6 +52,12 @@ std::atomic<bool> must_send{false};
 std::atomic<bool> must_hurry{false};
 /// No execution sends.
 std::atomic<bool> sends_nothing{false};
+/// The next execution of the receiver drops its subscription; unset when it has.
+std::atomic<bool> must_drop{false};
+/// Of the sender that was made last, for a thread of the test.
+std::weak_ptr<Publisher<Seen>> its_publisher;
+/// The managed receiver that was made last.
+std::atomic<LifecycleNode*> managed_receiver{nullptr};
 
 /// Of the sender; it shows the real time until a test lets it simulate.
 const auto watched_clock = std::make_shared<SimulatedClock>(Clock::steady(), false);
@@ -66,6 +73,7 @@ class WatchedSender : public Node {
   explicit WatchedSender(const NodeOptions& options) : Node("sender", with_watched_clock(options)) {
     const Nanoseconds work = std::chrono::microseconds(declare_parameter<std::int64_t>("work", 0));
     publisher_ = create_publisher<Seen>("t", 10, {.published_by = {"tick"}});
+    its_publisher = publisher_;
     timer_ = create_timer("tick", 10ms, [this, work] {
       const TimePoint begin = Clock::steady().now();
       if (must_hang.exchange(false)) {
@@ -102,11 +110,28 @@ class WatchedReceiver : public Node {
  public:
   explicit WatchedReceiver(const NodeOptions& options)
       : Node("receiver", options),
-        subscription_(create_subscription<Seen>("t", 10, [](const Seen&) {})),
+        subscription_(create_subscription<Seen>("t", 10,
+                                                [this](const Seen&) {
+                                                  if (!must_drop.load()) return;
+                                                  subscription_.reset();
+                                                  must_drop.store(false);
+                                                })),
         other_(create_subscription<Seen>("u", 10, [](const Seen&) {})) {}
 
  private:
   std::shared_ptr<void> subscription_, other_;
+};
+
+class WatchedManaged : public LifecycleNode {
+ public:
+  explicit WatchedManaged(const NodeOptions& options)
+      : LifecycleNode("managed", options),
+        subscription_(create_subscription<Seen>("t", 10, [](const Seen&) {})) {
+    managed_receiver.store(this);
+  }
+
+ private:
+  std::shared_ptr<void> subscription_;
 };
 
 /// Is triggered twice, one after the other.
@@ -250,6 +275,41 @@ TEST(BoundWatch, SeesWhatANodeChanges) {
   EXPECT_THAT(found, Contains(is("nothing_is_changed", "the parameters of '/s/tick' are others")));
 }
 
+// A dropped callback was said to wait, which nobody did.
+TEST(BoundWatch, SeesWhatANodeDrops) {
+  const auto found = deviations_of(with_work(0), [](Container&) {
+    must_drop.store(true);
+    EXPECT_TRUE(eventually([] { return !must_drop.load(); }));
+    const TimePoint since = Clock::steady().now();
+    EXPECT_TRUE(eventually([&] { return Clock::steady().now() > since + 50ms; }));
+  });
+  EXPECT_THAT(found, Contains(is("nothing_is_changed", "'/r/t' was let go")));
+  EXPECT_THAT(found, Not(Contains(is("bound", "'/r/t' waits"))));
+}
+
+// It showed as messages that waited; and as nothing where the node was soon active again.
+TEST(BoundWatch, SeesNodesThatRest) {
+  std::string text = with_work(0) + R"(    - component: takt::test::WatchedManaged
+      name: m
+      executor: default
+      callbacks: {t: {execution: 1us}}
+)";
+  text.insert(text.find("threads: {one"), "lifecycle: {bring_up: [/m]}\n");
+  const auto is_active = [] {
+    return managed_receiver.load()->get_current_state() == LifecycleState::active;
+  };
+  const auto rests = Contains(is("nothing_is_changed", "'/m' was deactivated"));
+  EXPECT_THAT(deviations_of(text, [&](Container&) { EXPECT_TRUE(eventually(is_active)); }),
+              Not(rests));
+  EXPECT_THAT(deviations_of(text,
+                            [&](Container&) {
+                              EXPECT_TRUE(eventually(is_active));
+                              EXPECT_TRUE(managed_receiver.load()->deactivate());
+                              EXPECT_TRUE(managed_receiver.load()->activate());
+                            }),
+              rests);
+}
+
 // A chain on which nothing came through had no deviation: nothing was above its bound.
 TEST(BoundWatch, SeesThatNothingComesThrough) {
   const auto found = deviations_of(with_work(0), [](Container& container) {
@@ -292,6 +352,18 @@ TEST(BoundWatch, SeesWhatNothingWasToSend) {
   must_send.store(true);
   EXPECT_THAT(deviations_of(with_work(0)), runs);
   must_send.store(false);
+}
+
+// No callback has sent them, so no sender's arrivals were too many.
+TEST(BoundWatch, SeesWhatAThreadSends) {
+  const auto are_too_many = Contains(is("as_declared", "messages were sent to '/r/t'"));
+  EXPECT_THAT(deviations_of(with_work(0)), Not(are_too_many));
+  EXPECT_THAT(deviations_of(with_work(0),
+                            [](Container&) {
+                              const auto publisher = its_publisher.lock();
+                              for (int i = 0; i < 1000; ++i) publisher->publish(Seen{});
+                            }),
+              are_too_many);
 }
 
 TEST(BoundWatch, SeesTriggersThatComeTooOften) {
@@ -341,7 +413,7 @@ TEST(BoundWatch, SeesWhoPreempts) {
   });
   EXPECT_TRUE(eventually([&] { return has_begun.load(); }));  // a busy machine begins it late
   std::vector<Deviation> found;
-  const auto is_seen = Contains(AnyOf(is("dds_threads_elsewhere", "'rival'"),
+  const auto is_seen = Contains(AnyOf(is("nothing_else_runs", "of this process, named 'rival'"),
                                       is("nothing_else_runs", "something ran before 'one'")));
   EXPECT_NO_THROW(found = deviations_of(with_work(5'000, ", policy: SCHED_FIFO, priority: 10")));
   may_end.store(true);
@@ -398,7 +470,7 @@ std::optional<std::vector<Deviation>> seen_of_a_rival() {
 // Beside a full machine Linux throttles the thread, and the kernel's buffer may be full before the
 // rival has come.
 TEST(BoundWatch, SeesWhoPreemptsAThreadThatBeginsLate) {
-  const auto is_seen = Contains(is("dds_threads_elsewhere", "'rival'"));
+  const auto is_seen = Contains(is("nothing_else_runs", "of this process, named 'rival'"));
   std::vector<Deviation> last;
   for (int attempt = 0; attempt < 5; ++attempt) {
     const auto found = seen_of_a_rival();
@@ -414,4 +486,5 @@ TEST(BoundWatch, SeesWhoPreemptsAThreadThatBeginsLate) {
 
 TAKT_REGISTER_COMPONENT(takt::test::WatchedSender, "takes its time")
 TAKT_REGISTER_COMPONENT(takt::test::WatchedReceiver, "receives")
+TAKT_REGISTER_COMPONENT(takt::test::WatchedManaged, "receives while it is active")
 TAKT_REGISTER_COMPONENT(takt::test::WatchedTriggered, "triggers itself")

@@ -18,10 +18,14 @@ namespace {
 // Limit: threads of others that are told apart in a look. At it: the rest is one. Seen: "others".
 constexpr std::size_t kMostPreemptors = 20;
 
+// A thread of a component has the name of the thread that made it, unless it chooses one.
 std::string name_of_process_thread(std::uint32_t process, std::uint32_t thread) {
+  const bool is_own = process == static_cast<std::uint32_t>(getpid());
   std::string name;
   std::getline(std::ifstream(fmt::format("/proc/{}/task/{}/comm", process, thread)), name);
-  if (name.empty()) return "a thread that has ended";
+  if (name.empty())
+    return is_own ? "a thread of this process that has ended" : "a thread that has ended";
+  if (is_own) return fmt::format("the thread {} of this process, named '{}',", thread, name);
   return fmt::format("'{}' (process {})", name, process);
 }
 
@@ -117,11 +121,8 @@ std::vector<Preemptions::Found> Preemptions::by_records(const std::vector<int>& 
     const std::string by =
         found.size() < kMostPreemptors ? name_of_process_thread(process, thread) : "others";
     Found& one = found[{by, waited.name}];
-    if (!others.of(thread).is_realtime() && !others.of(thread).has_ended()) {
+    if (!others.of(thread).is_realtime() && !others.of(thread).has_ended())
       one.id = "rt_runtime_as_here";
-    } else if (process == own) {
-      one.id = "dds_threads_elsewhere";
-    }
     one.by = by;
     one.thread = waited.name;
     ++one.count;

@@ -24,9 +24,8 @@ class Preemptions {
  public:
   struct Found {
     /// The assumption that breaks, see assumption_kinds(): `nothing_else_runs`, also for an ended
-    /// thread of another process; `dds_threads_elsewhere` for a thread of this process;
-    /// `rt_runtime_as_here` for a thread without a real-time policy, which only throttling by Linux
-    /// runs before real-time threads.
+    /// thread; `rt_runtime_as_here` for a thread without a real-time policy, which only throttling
+    /// by Linux runs before real-time threads.
     const char* id = "nothing_else_runs";
     std::string by;      // "'stress' (process 123)"; empty: not known
     std::string thread;  // the preempted thread

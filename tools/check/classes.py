@@ -18,7 +18,7 @@ EXCEPTIONS = {
     ("containers/model/model_builder.hpp", "ModelBuilder"): (41, 0, "a step for each part of a model"),
     ("entities/entity.hpp", "Entity"): (44, 14, "what executors see of every kind of entity"),
     ("executors/isolated_executor.hpp", "IsolatedExecutor"): (50, 18, "20 of them are the interface of an executor"),
-    ("nodes/lifecycle_node.hpp", "LifecycleNode"): (34, 7, "the façade that rclcpp_lifecycle has"),
+    ("nodes/lifecycle_node.hpp", "LifecycleNode"): (35, 7, "the façade that rclcpp_lifecycle has"),
     ("nodes/node.hpp", "Node"): (87, 15, "the façade that rclcpp has"),
     ("nodes/parameter_store.hpp", "ParameterStore"): (37, 17, "the parameters of rclcpp's node, behind its façade"),
     ("rclcpp/include/rclcpp/detail/node_api.hpp", "NodeApi"): (64, 21, "rclcpp's interface"),
