@@ -9,7 +9,7 @@ cmake_path(RELATIVE_PATH CMAKE_INSTALL_FULL_LIBDIR BASE_DIRECTORY ${CMAKE_INSTAL
 if(TARGET takt_cli)
   set_target_properties(takt_cli PROPERTIES INSTALL_RPATH "$ORIGIN/${bin_to_lib}")
   install(TARGETS takt_cli)
-  foreach(part takt_try_library takt_allocations takt_simulated takt_idl takt_lttng)  # so that install works once the command is built
+  foreach(part takt_try_library takt_allocations takt_simulated takt_idl takt_lttng takt_archive)  # so that install works once the command is built
     if(TARGET ${part})
       add_dependencies(takt_cli ${part})
     endif()

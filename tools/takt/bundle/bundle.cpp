@@ -8,20 +8,21 @@
 #include <stdexcept>
 #include <string_view>
 
-#include <archive.h>
-#include <archive_entry.h>
+#include <dlfcn.h>
 #include <fmt/format.h>
-#include <locale.h>
 #include <nlohmann/json.hpp>
 #include <openssl/evp.h>
 #include <sys/stat.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/library.hpp"
 #include "takt/base/output_file.hpp"
 #include "takt/base/printable.hpp"
 #include "takt/base/regular_file.hpp"
 #include "takt/base/version.hpp"
 #include "takt/measuring/json_text.hpp"
+
+#include "bundle/archive.hpp"
 
 namespace takt::tools {
 namespace {
@@ -29,15 +30,18 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// Limit: bytes of a bundle, and of what is in it. At it: neither made nor opened. Seen: the error.
-constexpr std::size_t kMostBytes = std::size_t{256} << 20;
-// Limit: files in a bundle. At it: it is not opened. Seen: the error.
-constexpr std::size_t kMostFiles = 1000;
 constexpr std::size_t kLongestName = 200;
 constexpr std::size_t kLongestVersion = 40;  // of it more is not shown
 
-[[noreturn]] void refuse_bundle(const std::string& path, const std::string& why) {
-  throw Error(why, "ask its maker for another one; nothing was written", path);
+const Archives& archives() {
+  const fs::path library = path_of_takt().parent_path() / "takt" / "libtakt_archive.so";
+  void* const handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
+  void* const found = handle != nullptr ? dlsym(handle, kArchives) : nullptr;
+  if (found == nullptr) {
+    throw Error(fmt::format("bundles cannot be packed or unpacked: {}", dlerror()),
+                "install Takt whole, and libarchive");
+  }
+  return *static_cast<const Archives*>(found);
 }
 
 std::string sha256(std::string_view content) {
@@ -66,97 +70,14 @@ bool is_plain(std::string_view path) {
   }
 }
 
-/// In which libarchive takes names as what they are, whatever the user's says.
-class Utf8 {
- public:
-  Utf8() : of_names_(newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr)), before_(uselocale(of_names_)) {}
-  ~Utf8() {
-    uselocale(before_);
-    freelocale(of_names_);
-  }
-  Utf8(const Utf8&) = delete;
-  Utf8& operator=(const Utf8&) = delete;
-
- private:
-  const locale_t of_names_, before_;
-};
-
-struct Free {
-  void operator()(archive* of) const { archive_free(of); }
-  void operator()(archive_entry* of) const { archive_entry_free(of); }
-};
-using Archive = std::unique_ptr<archive, Free>;
-using Entry = std::unique_ptr<archive_entry, Free>;
-
-la_ssize_t append(archive*, void* to, const void* bytes, std::size_t size) {
-  static_cast<std::string*>(to)->append(static_cast<const char*>(bytes), size);
-  return static_cast<la_ssize_t>(size);
-}
-
-// The same files are the same bytes: nothing of the machine is in it.
-void add(archive* to, const std::string& path, const BundledFile& file) {
-  const Entry entry(archive_entry_new());
-  archive_entry_set_pathname(entry.get(), path.c_str());
-  archive_entry_set_filetype(entry.get(), AE_IFREG);
-  archive_entry_set_perm(entry.get(), file.path == kRunScript ? 0755 : 0644);
-  archive_entry_set_size(entry.get(), static_cast<la_int64_t>(file.content.size()));
-  archive_entry_set_mtime(entry.get(), 0, 0);
-  const auto size = static_cast<la_ssize_t>(file.content.size());
-  if (archive_write_header(to, entry.get()) != ARCHIVE_OK ||
-      archive_write_data(to, file.content.data(), file.content.size()) != size) {
-    throw std::runtime_error(fmt::format("{}: {}", path, archive_error_string(to)));
-  }
-}
-
-// Of an entry that a stranger may have made, with the room that is left.
-BundledFile read_file(archive* from, archive_entry* entry, const std::string& path,
-                      std::size_t room) {
-  const char* const name = archive_entry_pathname(entry);
-  if (name == nullptr || !is_plain(name))
-    refuse_bundle(
-        path, fmt::format("'{}' is no name of a file in a bundle", printable(name ? name : "")));
-  if (archive_entry_filetype(entry) != AE_IFREG || archive_entry_hardlink(entry) != nullptr)
-    refuse_bundle(path,
-                  fmt::format("'{}' is no file: a bundle has no links, folders or devices", name));
-  BundledFile file{name, {}};
-  char block[1 << 16];
-  while (const la_ssize_t count = archive_read_data(from, block, sizeof(block))) {
-    if (count < 0) refuse_bundle(path, "it is damaged: " + printable(archive_error_string(from)));
-    if (file.content.size() + static_cast<std::size_t>(count) > room)
-      refuse_bundle(path, fmt::format("it has more than {} MiB", kMostBytes >> 20));
-    file.content.append(block, static_cast<std::size_t>(count));
-  }
-  return file;
-}
-
-std::vector<BundledFile> read_files(const std::string& path) {
-  const std::string bytes = read_text(path, kMostBytes);
-  const Utf8 utf8;
-  const Archive from(archive_read_new());
-  archive_read_support_format_tar(from.get());
-  archive_read_support_filter_zstd(from.get());
-  if (archive_read_open_memory(from.get(), bytes.data(), bytes.size()) != ARCHIVE_OK)
-    refuse_bundle(path, "this is no bundle of `takt compare`");
-  std::vector<BundledFile> files;
-  std::size_t room = kMostBytes;
-  archive_entry* entry = nullptr;
-  int status = ARCHIVE_OK;
-  while ((status = archive_read_next_header(from.get(), &entry)) == ARCHIVE_OK) {
-    if (files.size() == kMostFiles)
-      refuse_bundle(path, fmt::format("it has more than {} files", kMostFiles));
-    files.push_back(read_file(from.get(), entry, path, room));
-    room -= files.back().content.size();
-  }
-  if (status != ARCHIVE_EOF)
-    refuse_bundle(path, "it is damaged: " + printable(archive_error_string(from.get())));
-  return files;
-}
-
 // All lie in one folder, which is theirs alone.
 void leave_folder(std::vector<BundledFile>& files, const std::string& path) {
   const std::string folder = files.empty() ? "" : files[0].path.substr(0, files[0].path.find('/'));
   std::set<std::string> names;
   for (BundledFile& file : files) {
+    if (!is_plain(file.path))
+      refuse_bundle(path,
+                    fmt::format("'{}' is no name of a file in a bundle", printable(file.path)));
     if (!file.path.starts_with(folder + "/"))
       refuse_bundle(path, fmt::format("'{}' is outside of its folder '{}'", file.path, folder));
     file.path.erase(0, folder.size() + 1);
@@ -212,24 +133,16 @@ void write_bundle(const std::string& path, std::vector<BundledFile> files) {
         "bundle fewer files, or make fewer repeats", path);
   }
   files.push_back({kManifest, rt::json_text(manifest, 1) + "\n"});
-  const Utf8 utf8;
-  const Archive to(archive_write_new());
-  archive_write_set_format_pax_restricted(to.get());
-  archive_write_add_filter_zstd(to.get());
-  archive_write_set_bytes_in_last_block(to.get(), 1);  // nothing behind what is compressed
-  std::string compressed;
-  archive_write_open(to.get(), &compressed, nullptr, append, nullptr);
-  const std::string folder = folder_of_bundle(path);
-  for (const BundledFile& file : files) add(to.get(), folder + "/" + file.path, file);
-  if (archive_write_close(to.get()) != ARCHIVE_OK)
-    throw std::runtime_error(fmt::format("{}: {}", path, archive_error_string(to.get())));
+  const std::string folder = folder_of_bundle(path) + "/";
+  for (BundledFile& file : files) file.path.insert(0, folder);
+  const std::string compressed = archives().pack(files, path);
   OutputFile file(path, OutputFile::Whose::unmarked);
   file.write(compressed);
   file.complete();
 }
 
 std::vector<BundledFile> read_bundle(const std::string& path) {
-  std::vector<BundledFile> files = read_files(path);
+  std::vector<BundledFile> files = archives().unpack(read_text(path, kMostBytes), path);
   leave_folder(files, path);
   check_manifest(files, path);
   return files;

@@ -126,6 +126,10 @@ _, errors = run("compare", "--executors", "events", "--bundle", "program.tar.zst
 check("a program", "--bundle is for containers" in errors, errors)
 
 
+# A container would carry what libarchive links: 1.4 MB.
+check("the command links no libarchive", b"libarchive.so" not in pathlib.Path(takt).read_bytes())
+
+
 # ---- Its figure ----
 if subprocess.run(["/usr/bin/python3", "-I", "-c", "import matplotlib"], capture_output=True).returncode == 0:
     run(*COMPARE, "--figure", "figure.pdf")
