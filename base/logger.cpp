@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <exception>
 #include <mutex>
 #include <thread>
 
@@ -114,10 +115,19 @@ void Logger::run_in_thread(const std::function<void()>& function) {
   const std::lock_guard lock(output_->one_at_a_time);
   start();
   if (stopped_.load()) return function();
-  function_.store(&function);
+  std::exception_ptr thrown;
+  const std::function<void()> caught = [&] {
+    try {
+      function();
+    } catch (...) {
+      thrown = std::current_exception();
+    }
+  };
+  function_.store(&caught);
   work_.fetch_add(1);
   work_.notify_one();
-  function_.wait(&function);
+  function_.wait(&caught);
+  if (thrown) std::rethrow_exception(thrown);
 }
 
 // False: the queue of lines is full.

@@ -83,7 +83,7 @@ class Logger {
   /// Starts the writing thread, unless it runs already.
   void start();
   /// Calls `function` in the writing thread, which starts if it has not yet, and returns
-  /// afterwards: so the container gives the thread its attributes.
+  /// afterwards: so the container gives the thread its attributes. Throws what it throws.
   void run_in_thread(const std::function<void()>& function);
 
   template <class... Arguments>

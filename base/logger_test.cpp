@@ -16,6 +16,7 @@
 #include <gtest/gtest.h>
 #include <pthread.h>
 
+#include "takt/base/error.hpp"
 #include "takt/base/realtime_scope.hpp"
 
 namespace takt {
@@ -136,6 +137,13 @@ TEST_F(LoggerTest, RunsAFunctionInItsThreadBeforeItReturns) {
     EXPECT_NE(ran_in, std::thread::id());
     EXPECT_NE(ran_in, std::this_thread::get_id());
   }
+}
+
+TEST_F(LoggerTest, PassesOnWhatAFunctionInItsThreadThrows) {
+  EXPECT_THROW(logger_.run_in_thread([] { throw Error("refused"); }), Error);
+  bool ran = false;
+  logger_.run_in_thread([&] { ran = true; });
+  EXPECT_TRUE(ran);
 }
 
 TEST_F(LoggerTest, WritesOrCountsEachLineOfManyThreadsAndKeepsTheOrderOfEach) {

@@ -121,15 +121,9 @@ void Container::start(std::function<void()> on_failure) {
     setting_->note(dma_latency_->refused());
   }
   if (setting_->has_thread("log")) {
-    std::exception_ptr refused;
     Logger::instance().run_in_thread([&] {
-      try {
-        setting_->note(apply(setting_->thread("log"), setting_->description.realtime).refused);
-      } catch (const Error&) {
-        refused = std::current_exception();
-      }
+      setting_->note(apply(setting_->thread("log"), setting_->description.realtime).refused);
     });
-    if (refused) std::rethrow_exception(refused);
   }
   if (setting_->has_thread("main"))
     setting_->note(apply(setting_->thread("main"), setting_->description.realtime).refused);

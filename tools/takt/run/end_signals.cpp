@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <climits>
 #include <csignal>
+#include <exception>
 #include <mutex>
 #include <semaphore>
 #include <string>
@@ -277,8 +278,16 @@ int EndSignals::take() const {
   return signal;
 }
 
-void EndSignals::run_in_thread(std::function<void()> function) const {
-  watch_->order(std::move(function));
+void EndSignals::run_in_thread(const std::function<void()>& function) const {
+  std::exception_ptr thrown;
+  watch_->order([&] {
+    try {
+      function();
+    } catch (...) {
+      thrown = std::current_exception();
+    }
+  });
+  if (thrown) std::rethrow_exception(thrown);
 }
 
 void EndSignals::end() {

@@ -49,8 +49,9 @@ class EndSignals {
   int fd() const noexcept;
   /// Takes and returns the pending signal; 0: none.
   int take() const;
-  /// Calls it on the thread, and returns afterwards: so the thread gets its attributes.
-  void run_in_thread(std::function<void()> function) const;
+  /// Calls it on the thread, and returns afterwards: so the thread gets its attributes. Throws what
+  /// it throws.
+  void run_in_thread(const std::function<void()>& function) const;
   /// From now on a signal ends this process at once.
   void end();
   /// In a process that was forked: signals are as in a new one.

@@ -211,15 +211,11 @@ void give_attributes(const EndSignals& signals, const SystemDescription& system)
   const ThreadDescription* const thread = find_thread(system, "signals");
   if (thread == nullptr) return;
   ThreadState state;
-  std::string refused;
-  signals.run_in_thread([&] {
-    try {
-      state = apply(thread->attributes, system.realtime);
-    } catch (const Error& error) {
-      refused = error.what();
-    }
-  });
-  if (!refused.empty()) throw std::runtime_error(refused);  // the machine's, no mistake in the file
+  try {
+    signals.run_in_thread([&] { state = apply(thread->attributes, system.realtime); });
+  } catch (const Error& error) {
+    throw std::runtime_error(error.what());  // the machine's, no mistake in the file
+  }
   if (!state.refused.empty()) rt::to_stderr("note: {}\n", state.refused);
 }
 
