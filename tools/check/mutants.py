@@ -52,8 +52,12 @@ def switched(text, there, mutants):
     before, mark, right, after = re.fullmatch("(.*)([«‹])(.*)[»›](.*)", there, re.DOTALL).groups()
     for number, instead in mutants:
         choice = f"::takt::mutant({number})"
-        right = (f"({choice} ? ({instead}) : ({right}))" if mark == "«" else
-                 f"{{ if ({choice}) {{\n{instead}\n}} else {{\n{right}\n}} }}")
+        if mark == "‹":
+            right = f"{{ if ({choice}) {{\n{instead}\n}} else {{\n{right}\n}} }}"
+        elif instead == "false":  # of whatever is true or not, such as an optional
+            right = f"(!{choice} && ({right}))"
+        else:
+            right = f"({choice} ? ({instead}) : ({right}))"
     if text.count(plain(there)) != 1:
         sys.exit(f"'{plain(there)}' overlaps another mutation; give both one place")
     return text.replace(plain(there), before + right + after)
