@@ -90,6 +90,7 @@ std::vector<std::string> shown_of(std::string_view name, std::span<const std::st
 }  // namespace
 
 std::string suggest(std::string_view name, std::span<const std::string> valid) {
+  if (valid.empty()) return "there are none";
   std::string result;
   if (const std::string* word = meant(name, valid)) result = "did you mean '" + *word + "'? ";
   result += "valid: ";

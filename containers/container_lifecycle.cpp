@@ -64,6 +64,17 @@ std::vector<std::string> ContainerLifecycle::unconfigured() const {
   return names;
 }
 
+std::vector<std::string> ContainerLifecycle::active() const {
+  std::vector<std::string> names;
+  for (const auto& loaded : components_.all()) {
+    const LifecycleNode* node = loaded->lifecycle();
+    if (node == nullptr) continue;
+    const bool is_active = node->get_current_state() == LifecycleState::active;
+    if (is_active || node->deactivations() != 0) names.push_back(node->fully_qualified_name());
+  }
+  return names;
+}
+
 void ContainerLifecycle::shut_down() {
   if (manager_ == nullptr) return;
   for (auto& failure : manager_->failures()) setting_.fail(std::move(failure));

@@ -30,6 +30,8 @@ class ContainerLifecycle {
 
   void bring_up();
   std::vector<std::string> unconfigured() const;
+  /// Those that have been active.
+  std::vector<std::string> active() const;
   void shut_down();
   /// Brings down the lifecycle nodes that no manager has shut down: `bring_up` does not list them,
   /// or the manager could not reach them. In reverse order of construction.

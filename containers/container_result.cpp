@@ -32,6 +32,7 @@ ProcessResult Container::result() const {
     result.failures = said->failures;
   }
   result.mode_switches = setting_->modes->switches(usage_->begun());
+  result.active_nodes = lifecycle_->active();
   for (const auto& chain : chains_) {
     result.chains.push_back(
         {chain->options().name, chain->options().deadline, chain->statistics()});

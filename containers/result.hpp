@@ -67,6 +67,7 @@ struct ProcessResult {
   std::vector<UsedExecutor> executors;
   std::optional<std::vector<Deviation>> deviations;  // nullopt: nobody watched
   std::vector<ModeSwitch> mode_switches;
+  std::vector<std::string> active_nodes;  // the lifecycle nodes that have been active
   std::vector<Thread> threads;
   double duration_s = 0;
   double cpu_percent = 0;  // of one CPU

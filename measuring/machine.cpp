@@ -151,6 +151,10 @@ std::string machine_line() {
                      machine.at("load_average").get<double>());
 }
 
+std::string lasting_part(const std::string& machine_line) {
+  return machine_line.substr(0, machine_line.find(", load average"));
+}
+
 std::vector<Neighbour> realtime_neighbours() {
   return listed(realtime_threads());
 }

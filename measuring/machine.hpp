@@ -26,6 +26,8 @@ nlohmann::json machine_json();
 
 /// The same in one line of text.
 std::string machine_line();
+/// Without what changes from minute to minute.
+std::string lasting_part(const std::string& machine_line);
 
 /// Keeps the calling thread, and the threads that it makes, on one of this process's CPUs: the
 /// first is 0. Does nothing if there are fewer.

@@ -67,6 +67,7 @@ struct Run {
   std::vector<Topic> topics;
   std::optional<std::vector<ProcessResult::Deviation>> deviations;
   std::vector<ProcessResult::ModeSwitch> mode_switches;
+  std::vector<std::string> active_nodes;
   std::vector<std::string> notes;
   std::optional<std::vector<Traced>> trace;
   std::optional<nlohmann::json> over_time;

@@ -156,6 +156,8 @@ inline constexpr auto kFields<rt::Run> = std::tuple{
         "Only with --watch-bounds: what the analysis assumes, and was otherwise.", Since::later),
     sum("mode_switches", &rt::Run::mode_switches,
         "Of the file's `modes:`, the last thousand of each process.", Since::later),
+    sum("active_nodes", &rt::Run::active_nodes, "Nodes with a lifecycle that have been active.",
+        Since::later),
     sum("notes", &rt::Run::notes, "What was refused, ignored or left undone.", Since::later),
     sum("trace", &rt::Run::trace,
         "Only by TAKT_TRACE: for takt run --trace, which makes a timeline of it.", Since::later),

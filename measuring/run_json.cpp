@@ -50,6 +50,7 @@ Run run_of(ProcessResult process) {
           .executors = std::move(process.executors),
           .deviations = std::move(process.deviations),
           .mode_switches = std::move(process.mode_switches),
+          .active_nodes = std::move(process.active_nodes),
           .notes = std::move(process.notes)};
   for (const ProcessResult::Thread& thread : process.threads) {
     const ThreadStatistics& statistics = thread.statistics;

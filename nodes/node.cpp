@@ -400,7 +400,8 @@ std::shared_ptr<Entity> Node::find_entity(std::string_view name) const {
     names.push_back(entity->name());
   }
   throw Error(fmt::format("node '{}' has no callback '{}'", fully_qualified_name(), name),
-              suggest(name, names));
+              names.empty() ? "it has made none yet; make those of chains in its constructor"
+                            : suggest(name, names));
 }
 
 std::vector<std::shared_ptr<Entity>> Node::entities() const {

@@ -7,7 +7,6 @@
 
 #include "takt/containers/component.hpp"
 #include "takt/containers/model/bound_of_test.hpp"
-#include "takt/nodes/lifecycle_node.hpp"
 
 namespace takt::test {
 namespace {
@@ -185,21 +184,6 @@ TEST(Assumptions, OtherThreadsMayComeAndThoseThatAreThereAreNamed) {
 }
 
 // A node made a timer of 6 ms when it was configured.
-class AssumedManaged : public LifecycleNode {
- public:
-  explicit AssumedManaged(const NodeOptions& options) : LifecycleNode("managed", options) {}
-};
-
-TEST(Assumptions, ALifecycleNodeIsNotCoveredBeforeARun) {
-  const std::string text = File().with("takt::test::AssumedManaged").text();
-  const Analyzed found = analyzed(text, nullptr, /*accepts_all=*/true);
-  EXPECT_EQ(found.verdict(), Verdict::not_covered);
-  EXPECT_THAT(found.text_of("lifecycle"), HasSubstr("'/x' is a lifecycle node"));
-  MeasuredModel measured{.duration = 10s};
-  measured.callbacks.push_back({.name = "/y/y_timer", .executions = 100, .longest_execution = 1ms});
-  EXPECT_EQ(verdict_of(text, &measured), Verdict::guaranteed);
-}
-
 /// A watchdog: made cancelled, and restarted by code.
 class AssumedMotor : public Node {
  public:
@@ -496,5 +480,4 @@ TEST(Assumptions, MessagesThatWaitBeyondTheirLifespanAreLost) {
 }  // namespace
 }  // namespace takt::test
 
-TAKT_REGISTER_COMPONENT(takt::test::AssumedManaged, "a lifecycle node")
 TAKT_REGISTER_COMPONENT(takt::test::AssumedMotor, "a timer that code restarts")

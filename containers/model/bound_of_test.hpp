@@ -75,6 +75,7 @@ inline MeasuredModel without_ignored(MeasuredModel model) {
   forget_if_ignored(kModel, "dispatch", model.dispatch_overhead);
   forget_if_ignored(kModel, "wake", model.wake_overhead);
   forget_if_ignored(kModel, "lost_executions", model.lost_executions);
+  forget_if_ignored(kModel, "active_nodes", model.active_nodes);
   forget_if_ignored(kModel, "callbacks", model.callbacks);
   forget_if_ignored(kModel, "chains", model.chains);
   forget_if_ignored(kModel, "differs", model.differs);

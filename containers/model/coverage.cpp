@@ -408,6 +408,7 @@ constexpr CoverageEntry kTable[] = {
     {"a measured model", "chains", kUsed, "see a measured chain"},
     {"a measured model", "executors", kUsed, "latencies of others are not shown"},
     {"a measured model", "components", kUsed, "model_from_elsewhere"},
+    {"a measured model", "active_nodes", kUsed, "add_lifecycle_nodes"},
     {"a measured model", "settings", kUsed, "model_from_elsewhere"},
     {"a measured model", "differs", kUsed, "model_from_elsewhere"},
     {"a measured model", "lines", kIrrelevant, "only where errors point to"},
@@ -448,8 +449,8 @@ constexpr CoverageEntry kTable[] = {
     {"a reserved thread", "lttng", kUsed, "see main"},
     // Change
     {"change", "lifecycle transition", kUsed,
-     "add_lifecycle_nodes: not covered before it is configured, unless a run was measured; "
-     "nothing_is_changed"},
+     "add_lifecycle_nodes: not covered before it is configured, unless it was active in a measured "
+     "run; nothing_is_changed"},
     {"change", "a callback is made later", kUsed,
      "add_what_nodes_may_make: as_declared, as_measured"},
     {"change", "a parameter is set", kUsed,

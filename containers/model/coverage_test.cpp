@@ -95,8 +95,8 @@ std::size_t fields_of(const SchedulerTraits& all) {
   return count(a, b, c, d, e);
 }
 std::size_t fields_of(const MeasuredModel& all) {
-  const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p] = all;
-  return count(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p);
+  const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q] = all;
+  return count(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q);
 }
 std::size_t fields_of(const MeasuredCallback& all) {
   const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = all;

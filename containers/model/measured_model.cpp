@@ -44,6 +44,12 @@ class ModelReader : private SystemReader {
             into(model.components.emplace_back(MeasuredComponent{.node = value.name, .digest = {}})
                      .digest)(value);
           })},
+         {"active_nodes", "", each_in_list([&](const Value& value) {
+            std::string name;
+            into(name)(value);
+            active_.emplace_back(value.line, name);
+            model.active_nodes.insert(std::move(name));
+          })},
          {"settings", "",
           each_in_map([&](const Value& value) { into(model.settings[value.name])(value); })},
          {"callbacks", "",
@@ -234,8 +240,8 @@ class ModelReader : private SystemReader {
                 "correct it, or measure again");
   }
 
-  /// The callbacks that others cause, and those of executors, must be in the file, too: otherwise a
-  /// name is misspelt.
+  /// The callbacks that others cause, and those of executors, must be in the file, too, and so must
+  /// nodes: otherwise a name is misspelt.
   void check_names(const MeasuredModel& model) {
     std::vector<std::string> names;
     for (const MeasuredCallback& callback : model.callbacks) names.push_back(callback.name);
@@ -244,6 +250,14 @@ class ModelReader : private SystemReader {
       if (known.contains(name)) continue;
       errors_.add(line, fmt::format("'{}' is not a callback of this file", name),
                   names.empty() ? "list it under 'callbacks'" : suggest(name, names));
+    }
+    if (model.components.empty()) return;
+    std::vector<std::string> nodes;
+    for (const MeasuredComponent& component : model.components) nodes.push_back(component.node);
+    for (const auto& [line, name] : active_) {
+      if (std::find(nodes.begin(), nodes.end(), name) != nodes.end()) continue;
+      errors_.add(line, fmt::format("'{}' is not one of the 'components' of this file", name),
+                  suggest(name, nodes));
     }
   }
 
@@ -259,7 +273,7 @@ class ModelReader : private SystemReader {
     }
   }
 
-  std::vector<std::pair<int, std::string>> named_;  // callbacks, with their lines
+  std::vector<std::pair<int, std::string>> named_, active_;  // callbacks, nodes, with their lines
   std::map<std::string, std::string> lines_;
 };
 

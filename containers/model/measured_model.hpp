@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -94,6 +95,7 @@ struct MeasuredModel {
   std::vector<MeasuredChain> chains;
   std::vector<MeasuredExecutor> executors;    // empty: the model does not tell
   std::vector<MeasuredComponent> components;  // empty: the model does not tell
+  std::set<std::string> active_nodes;         // the lifecycle nodes that have been active
   /// See measured_settings(), and settings that the run had as options instead: "--transport".
   std::map<std::string, std::string> settings;
   /// How this machine or a component differs from those of the run, as the caller has found; empty:

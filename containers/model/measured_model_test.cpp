@@ -121,7 +121,7 @@ TEST(MeasuredModel, RefusesUnknownKeysWithTheNearestValidOne) {
       errors_in("callback: {}\ncallbacks: {}"),
       "m.model.yaml:1: 'callback' is not a key of a measured model; did you mean 'callbacks'? "
       "valid: file, machine, duration, total_duration, margin, lost_executions, overheads, "
-      "executors, components, settings, callbacks, chains\n");
+      "executors, components, active_nodes, settings, callbacks, chains\n");
   EXPECT_THAT(errors_of("    arival: {}"), HasSubstr("m.model.yaml:3: 'arival' is not a key of a "
                                                      "measured callback; did you mean 'arrival'?"));
   EXPECT_THAT(errors_of("    arrival: {jiter: 1ms}"), HasSubstr("did you mean 'jitter'?"));
@@ -138,6 +138,9 @@ TEST(MeasuredModel, RefusesNamesThatAreNoCallbacks) {
             "/a/b\n");
   EXPECT_EQ(errors_in("callbacks:\n  /a/b: {}\n  /a/b: {}"),
             "m.model.yaml:3: '/a/b' is already in line 2; remove one of them\n");
+  EXPECT_EQ(errors_in("components: {/arm: 1f}\nactive_nodes: [/arn]\ncallbacks: {}"),
+            "m.model.yaml:2: '/arn' is not one of the 'components' of this file; did you mean "
+            "'/arm'? valid: /arm\n");
 }
 
 TEST(MeasuredModel, RefusesWhatIsNoNumber) {

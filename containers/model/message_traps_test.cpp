@@ -467,34 +467,5 @@ TEST(MessageTraps, MoreThanAnArrivalAllowsRefutesItBesideOtherSenders) {
   EXPECT_THAT(refuted(530), HasSubstr("30 messages came to '/y/x' from outside"));
 }
 
-// A model of another system, or edited by hand, was guaranteed.
-TEST(MessageTraps, AModelThatContradictsItsSystemIsRefused) {
-  MeasuredModel measured = measured_run({"/x/x_timer", "/y/x"});
-  measured.path = "m.yaml";
-  measured.lines = {{"/x/x_timer", "m.yaml:3"}, {"c", "m.yaml:9"}};
-  const auto error = [&] {
-    try {
-      analyzed(two_processes("topics: {/x: {delay: 1ms}}\n"), &measured);
-    } catch (const Error& thrown) {
-      return std::string(thrown.what());
-    }
-    return std::string();
-  };
-  EXPECT_EQ(error(), "");
-  measured.chains = {{.name = "c", .instances = 9}};
-  EXPECT_EQ(error(), "");
-  measured.chains[0].instances = 10;
-  EXPECT_EQ(error(),
-            "m.yaml:9: 'c' contradicts the system: 10 of its instances came through, and "
-            "'/y/x' was executed 9 times; correct it, or measure this system");
-  measured.chains.clear();
-  measured.callbacks[0].causes = {{"/x/x_timer", 1}};
-  EXPECT_THAT(error(), HasSubstr("m.yaml:3: '/x/x_timer' contradicts the system: it 'causes' "
-                                 "'/x/x_timer', a timer"));
-  measured.callbacks[0].causes.clear();
-  measured.callbacks[0].uncaused = 1;
-  EXPECT_THAT(error(), HasSubstr("it is a timer, which has no executions that are 'uncaused'"));
-}
-
 }  // namespace
 }  // namespace takt::test

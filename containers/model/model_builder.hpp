@@ -210,6 +210,9 @@ class AssumptionFinder : public MeasuredRun {
 
  protected:
   void add_assumptions();
+  std::vector<std::optional<std::size_t>> parts_of(const ModelledProcess& process,
+                                                   const ModelledProcess::Member& node) const;
+  std::set<std::optional<std::size_t>> executors_of_maker(const std::string& callback) const;
 
  private:
   void add_keys_not_covered();
@@ -246,8 +249,6 @@ class AssumptionFinder : public MeasuredRun {
   std::vector<Assumption> assumptions(const std::set<std::size_t>* executors) const;
   /// The executors that the bound of a chain depends on.
   std::set<std::size_t> executors_of(const std::vector<std::size_t>& path) const;
-  std::vector<std::optional<std::size_t>> parts_of(const ModelledProcess& process,
-                                                   const ModelledProcess::Member& node) const;
 };
 
 /// The chains of a model, and why they have no instances.

@@ -22,30 +22,48 @@ void ModelBuilder::add_unknown_callbacks() {
                   [&](const auto& callback) { return measured_callbacks_.count(callback.name); });
   for (const MeasuredCallback& seen : measured_->callbacks) {
     if (seen.executions == 0) continue;
-    bool has_node = false, is_known = false;
-    std::set<std::size_t> executors;
-    for (std::size_t i = 0; i < callbacks_.size(); ++i) {
-      const analysis::Callback& callback = model_.system.callbacks[i];
-      is_known = is_known || callback.name == seen.name;
-      if (!seen.name.starts_with(callbacks_[i]->node->fully_qualified_name() + "/")) continue;
-      has_node = true;
-      executors.insert(callback.executor);
-    }
-    if (is_known) continue;
-    if (!has_node) {
+    const auto& known = model_.system.callbacks;
+    if (std::any_of(known.begin(), known.end(),
+                    [&](const auto& callback) { return callback.name == seen.name; }))
+      continue;
+    const std::set<std::optional<std::size_t>> executors = executors_of_maker(seen.name);
+    if (executors.empty()) {
       if (may_have_others) continue;
       throw Error(fmt::format("the model has a callback '{}', which ran {} times, and '{}' has no "
                               "node of that name",
                               seen.name, seen.executions, description_.file),
                   "give the model of this system", measured_->path);
     }
-    for (const std::size_t executor : executors) {
-      model_.system.executors[executor].unknown = fmt::format(
-          "'{}' ran {} times in the model, and its node has not made it when it was "
-          "constructed: nothing is known of how often it runs",
-          seen.name, seen.executions);
+    const std::string why = fmt::format(
+        "'{}' ran {} times in the model, and its node has not made it when it was constructed: "
+        "nothing is known of how often it runs",
+        seen.name, seen.executions);
+    for (const auto& executor : executors) {
+      if (executor) {
+        model_.system.executors[*executor].unknown = why;
+      } else {
+        assume({.id = "callbacks",
+                .state = Assumption::State::not_covered,
+                .text = why,
+                .name = {},
+                .source = measured_source(),
+                .executor = {}});
+      }
     }
   }
+}
+
+// Those that serve the groups of the node with a callback of this name; empty: there is none.
+std::set<std::optional<std::size_t>> AssumptionFinder::executors_of_maker(
+    const std::string& callback) const {
+  std::set<std::optional<std::size_t>> result;
+  for (const ModelledProcess& process : processes_) {
+    for (const ModelledProcess::Member& member : process.nodes) {
+      if (!callback.starts_with(member.node->fully_qualified_name() + "/")) continue;
+      for (const auto& part : parts_of(process, member)) result.insert(part);
+    }
+  }
+  return result;
 }
 
 // A key without an entry is of a library, or was forgotten in the table.
@@ -106,13 +124,15 @@ void AssumptionFinder::add_lifecycle_nodes() {
   for (const ModelledProcess& process : processes_) {
     for (const ModelledProcess::Member& member : process.nodes) {
       const auto* const node = dynamic_cast<const LifecycleNode*>(member.node.get());
-      if (node == nullptr || takt::says_all(member) || measured_ != nullptr) continue;
+      if (node == nullptr || takt::says_all(member)) continue;
+      const std::string name = node->fully_qualified_name();
+      if (measured_ != nullptr && measured_->active_nodes.contains(name)) continue;
       for (const auto& part : parts_of(process, member)) {
         assume({.id = "lifecycle",
                 .state = Assumption::State::not_covered,
                 .text = "{} is a lifecycle node: it may make callbacks when it is configured, and "
-                        "only a model of a run knows them",
-                .name = "'" + member.node->fully_qualified_name() + "'",
+                        "only a model of a run in which it was active knows them",
+                .name = "'" + name + "'",
                 .source = declared_at(member.where),
                 .executor = part});
       }

@@ -7,6 +7,7 @@
 
 #include "takt/containers/model/bound_of_test.hpp"
 #include "takt/containers/model/places.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
 #include "takt/sched/ranks.hpp"
 
 namespace takt::test {
@@ -313,6 +314,90 @@ chains: [{{name: c, path: [c/z_timer]}}]
   EXPECT_EQ(bound("60..61"), 1ms + 9ms - 1ns);
 }
 
+class ModelManaged : public LifecycleNode {
+ public:
+  explicit ModelManaged(const NodeOptions& options) : LifecycleNode("managed", options) {}
+};
+
+/// A timer of 1 ms, and a lifecycle node that has made nothing, on the same CPU.
+std::string managed(const char* executor) {
+  return fmt::format(R"(
+realtime: require
+threads: {{one: {{policy: SCHED_FIFO, priority: 50, affinity: [0]}}, other: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}}}
+executors: {{default: {{type: events, threads: [one]}}, apart: {{type: events, threads: [other]}}}}
+chains: [{{name: c, deadline: 5ms, path: [v/v_timer]}}]
+container:
+  components:
+    - {{component: takt::Workload, name: v, executor: default, parameters: {{publishers: {{topic: [v], period_us: [10000], work_us: [1000]}}}}}}
+    - {{component: 'takt::test::ModelManaged', name: x, executor: {}}}
+)",
+                     executor);
+}
+
+MeasuredModel run_of_managed() {
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks.push_back({.name = "/v/v_timer", .executions = 100, .longest_execution = 1ms});
+  return measured;
+}
+
+TEST(SystemModel, ALifecycleNodeIsNotCoveredBeforeARunInWhichItWasActive) {
+  const Analyzed found = analyzed(managed("default"), nullptr, /*accepts_all=*/true);
+  EXPECT_EQ(found.verdict(), Verdict::not_covered);
+  EXPECT_THAT(found.text_of("lifecycle"), HasSubstr("'/x' is a lifecycle node"));
+  MeasuredModel measured = run_of_managed();
+  EXPECT_EQ(verdict_of(managed("default"), &measured), Verdict::not_covered);
+  measured.active_nodes = {"/x"};
+  EXPECT_EQ(verdict_of(managed("default"), &measured), Verdict::guaranteed);
+}
+
+TEST(SystemModel, ARunHasShownACallbackOfANodeThatHasMadeNone) {
+  MeasuredModel measured = run_of_managed();
+  measured.active_nodes = {"/x"};
+  measured.callbacks.push_back({.name = "/x/late", .executions = 100, .longest_execution = 1ms});
+  EXPECT_EQ(verdict_of(managed("default"), &measured), Verdict::no_bound);
+  // Its executor has no callback yet, so nobody knows whom it delays.
+  const Analyzed apart = analyzed(managed("apart"), &measured, /*accepts_all=*/true);
+  EXPECT_EQ(apart.verdict(), Verdict::not_covered);
+  EXPECT_THAT(apart.text_of("callbacks"), HasSubstr("'/x/late' ran 100 times in the model"));
+}
+
+// A model of another system, or edited by hand, was guaranteed.
+TEST(SystemModel, AModelThatContradictsItsSystemIsRefused) {
+  MeasuredModel measured = measured_run({"/x/x_timer", "/y/x"});
+  measured.path = "m.yaml";
+  measured.lines = {{"/x/x_timer", "m.yaml:3"}, {"c", "m.yaml:9"}};
+  const auto error = [&] {
+    try {
+      analyzed(two_processes("topics: {/x: {delay: 1ms}}\n"), &measured);
+    } catch (const Error& thrown) {
+      return std::string(thrown.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(error(), "");
+  measured.chains = {{.name = "c", .instances = 9}};
+  EXPECT_EQ(error(), "");
+  measured.chains[0].instances = 10;
+  EXPECT_EQ(error(),
+            "m.yaml:9: 'c' contradicts the system: 10 of its instances came through, and "
+            "'/y/x' was executed 9 times; correct it, or measure this system");
+  measured.chains = {{.name = "c", .instances = 9, .longest = 900us}};
+  measured.callbacks[1].least_execution = 905us;
+  EXPECT_EQ(error(), "");
+  measured.callbacks[1].least_execution = 1ms;
+  EXPECT_EQ(error(),
+            "m.yaml:9: 'c' contradicts the system: its longest instance took 900us, and each "
+            "execution of '/y/x' at least 1ms; correct it, or measure this system");
+  measured.callbacks[1].least_execution = 0ns;
+  measured.chains.clear();
+  measured.callbacks[0].causes = {{"/x/x_timer", 1}};
+  EXPECT_THAT(error(), HasSubstr("m.yaml:3: '/x/x_timer' contradicts the system: it 'causes' "
+                                 "'/x/x_timer', a timer"));
+  measured.callbacks[0].causes.clear();
+  measured.callbacks[0].uncaused = 1;
+  EXPECT_THAT(error(), HasSubstr("it is a timer, which has no executions that are 'uncaused'"));
+}
+
 TEST(Ranks, AreTheSchedulersOrder) {
   std::vector<CallbackInfo> infos(3);
   for (CallbackId i = 0; i < 3; ++i) infos[i].id = i;
@@ -323,3 +408,5 @@ TEST(Ranks, AreTheSchedulersOrder) {
 
 }  // namespace
 }  // namespace takt::test
+
+TAKT_REGISTER_COMPONENT(takt::test::ModelManaged, "a lifecycle node")

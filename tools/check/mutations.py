@@ -104,7 +104,7 @@ MUTATIONS = {
         "containers/model/model_coverage.cpp", "‹if (entry != nullptr && entry->coverage != Coverage::not_covered) continue;›",
         "if (entry == nullptr || entry->coverage != Coverage::not_covered) continue;", GUARANTEES),
     "ignored: change: lifecycle transition": (
-        "containers/model/model_coverage.cpp", "‹if (node == nullptr || takt::says_all(member) || measured_ != nullptr) continue;›",
+        "containers/model/model_coverage.cpp", "‹if (node == nullptr || takt::says_all(member)) continue;›",
         "continue;", GUARANTEES),
     "ignored: a reserved thread: main": (
         "containers/model/model_coverage.cpp", "‹  if (!is_realtime(own.policy)) return;›",
@@ -204,7 +204,7 @@ MUTATIONS |= {
     "ignored: a measured model: file": ("tools/takt/analyze/analyzed_file.cpp",
                                         "«!model.file.empty()» && name(model.file)", "false", OF_COMMAND),
     "ignored: a measured model: machine": ("tools/takt/analyze/analyzed_file.cpp",
-                                           "«lasting(model.machine) != here»", "false", OF_COMMAND),
+                                           "«rt::lasting_part(model.machine) != here»", "false", OF_COMMAND),
     "ignored: a measured model: executors": ("tools/takt/analyze/analyzed_file.cpp",
                                              "‹  if (why.empty()) return;›", "  return;", OF_COMMAND),
     "ignored: a measured model: components": ("tools/takt/analyze/analyzed_file.cpp",

@@ -90,23 +90,18 @@ std::string why_latencies_differ(const AnalyzedFile& file, const ContainerOverri
   return {};
 }
 
-/// A machine without what changes from minute to minute.
-std::string lasting(const std::string& machine) {
-  return machine.substr(0, machine.find(", load average"));
-}
-
 /// In what the model is of another machine or of other components; empty: in nothing.
 std::string why_it_is_from_elsewhere(const MeasuredModel& model, const AnalyzedFile& file) {
   std::vector<std::string> differences;
-  const std::string here = lasting(file.machine.name);
+  const std::string here = rt::lasting_part(file.machine.name);
   if (model.machine.empty()) {
     differences.emplace_back("the model does not say on which machine");
   } else if (file.machine.name.empty()) {
     differences.push_back(fmt::format("it is of '{}', and `machine: cpus` names another one",
-                                      lasting(model.machine)));
-  } else if (lasting(model.machine) != here) {
+                                      rt::lasting_part(model.machine)));
+  } else if (rt::lasting_part(model.machine) != here) {
     differences.push_back(
-        fmt::format("it is of '{}', and this is '{}'", lasting(model.machine), here));
+        fmt::format("it is of '{}', and this is '{}'", rt::lasting_part(model.machine), here));
   }
   const auto settings = measured_settings(file.system);
   const auto add_others = [&](const auto& some, const auto& others, const char* when) {

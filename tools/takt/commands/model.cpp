@@ -1,5 +1,7 @@
 // takt model: from traces to a model of execution times and arrivals.
 // SPDX-License-Identifier: Apache-2.0
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -7,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/measuring/machine.hpp"
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
@@ -52,9 +55,42 @@ void check_runs(const std::vector<Trace>& traces, const std::vector<std::string>
   }
 }
 
+/// Executions on one executor are no measure of latencies on another one.
+void check_executors(const std::vector<Trace>& traces, const std::vector<std::string>& paths) {
+  std::map<std::string, std::pair<std::string, std::size_t>> known;  // by callback: where, of which
+  for (std::size_t i = 0; i < traces.size(); ++i) {
+    for (const auto& [name, of] : traces[i].about.at("executors").items()) {
+      const std::string where =
+          fmt::format("'{}', {} with {}", name, of.at("type").get<std::string>(),
+                      of.at("scheduler").get<std::string>());
+      for (const auto& callback : of.at("callbacks")) {
+        if (callback == kRemovedCallbacks) continue;
+        const auto& [first, trace] = known.try_emplace(callback, where, i).first->second;
+        if (first == where) continue;
+        throw Error(fmt::format("'{}' ran on executor {} here, and on {} in '{}'",
+                                callback.get<std::string>(), where, first, paths[trace]),
+                    "make a model of each", paths[i]);
+      }
+    }
+  }
+}
+
 /// Of what the system consisted, and how it was set, as each run itself has found.
 void check_systems(const std::vector<Trace>& traces, const std::vector<std::string>& paths) {
-  for (std::size_t i = 1; i < traces.size(); ++i) {
+  std::map<std::int64_t, std::size_t> begun;
+  for (std::size_t i = 0; i < traces.size(); ++i) {
+    const auto& about = traces[i].about;
+    const std::string machine = rt::lasting_part(about.at("machine")),
+                      first = rt::lasting_part(traces.front().about.at("machine"));
+    if (machine != first) {
+      throw Error(fmt::format("this trace is of '{}', but {} is of '{}'", machine, paths[0], first),
+                  "give traces of one machine", paths[i]);
+    }
+    const auto [other, is_new] = begun.emplace(about.at("begin_ns"), i);
+    if (!is_new) {
+      throw Error(fmt::format("this trace is of the same run as '{}'", paths[other->second]),
+                  "give each run once", paths[i]);
+    }
     for (const char* const key : {"components", "settings"}) {
       const auto of = [key](const Trace& trace) {
         return trace.about.value(key, nlohmann::json::object());
@@ -72,6 +108,7 @@ void run(const Options& options) {
   check_files(traces, options.traces);
   check_runs(traces, options.traces);
   check_systems(traces, options.traces);
+  check_executors(traces, options.traces);
   MeasuredModel model = extract_model(traces);
   model.margin = options.margin;
   if (!options.model.empty()) write_measured_model(model, options.model);

@@ -51,9 +51,6 @@ struct Seen {
   std::map<std::string, std::uint64_t> causes;
 };
 
-/// The name in a trace of all callbacks that were let go, which no later run has.
-const std::string kRemoved = "(removed)";
-
 /// A callback of a trace as a chain names it: that of the topic "/scan" is "/planner/scan".
 std::string named_as_in_chains(const std::string& callback) {
   const std::size_t slashes = callback.find("//", 1);
@@ -95,6 +92,8 @@ class Extraction {
     add_causes(trace, counts);
     add_overheads(trace);
     add_chains(trace.about.at("chains"));
+    for (const std::string node : trace.about.value("active_nodes", json::array()))
+      model.active_nodes.insert(node);
     const Nanoseconds duration(std::llround(trace.about.at("duration_s").get<double>() * 1e9));
     durations_.push_back(duration);
     if (model.duration == Nanoseconds::zero() || duration < model.duration) {
@@ -108,9 +107,9 @@ class Extraction {
     if (durations_.size() > 1)
       model.total_duration =
           std::accumulate(durations_.begin(), durations_.end(), Nanoseconds::zero());
-    seen_.erase(kRemoved);
+    seen_.erase(kRemovedCallbacks);
     for (auto& [name, seen] : seen_) {
-      seen.causes.erase(kRemoved);
+      seen.causes.erase(kRemovedCallbacks);
       model.callbacks.push_back(measured(name, seen));
     }
   }
@@ -148,7 +147,7 @@ class Extraction {
 
   static bool has_cause(const Trace& trace, const TracedExecution& execution) {
     if (!execution.cause) return execution.kind == "timer";
-    return trace.executions[*execution.cause].callback != kRemoved;
+    return trace.executions[*execution.cause].callback != kRemovedCallbacks;
   }
 
   // A pool may start executions in another order than they became ready.
@@ -324,6 +323,24 @@ class Extraction {
   Times dispatches_, wakes_, durations_;
 };
 
+// A callback that was made late may be in some runs only.
+void add_executor(MeasuredModel& model, const std::string& name, const json& of) {
+  const auto known = std::find_if(model.executors.begin(), model.executors.end(),
+                                  [&](const auto& other) { return other.name == name; });
+  MeasuredExecutor& executor =
+      known != model.executors.end()
+          ? *known
+          : model.executors.emplace_back(MeasuredExecutor{
+                .name = name, .type = of.at("type"), .scheduler = of.at("scheduler")});
+  for (const json& callback : of.at("callbacks")) {
+    if (callback == kRemovedCallbacks) continue;
+    const std::string named = named_as_in_chains(callback);
+    auto& callbacks = executor.callbacks;
+    if (std::find(callbacks.begin(), callbacks.end(), named) == callbacks.end())
+      callbacks.push_back(named);
+  }
+}
+
 }  // namespace
 
 MeasuredModel extract_model(std::span<const Trace> traces) {
@@ -339,13 +356,10 @@ MeasuredModel extract_model(std::span<const Trace> traces) {
     const auto components = traces.front().about.value("components", Texts());
     for (const auto& [node, digest] : components)
       model.components.push_back({.node = node, .digest = digest});
-    for (const auto& [name, of] : traces.front().about.at("executors").items()) {
-      MeasuredExecutor& executor = model.executors.emplace_back(
-          MeasuredExecutor{.name = name, .type = of.at("type"), .scheduler = of.at("scheduler")});
-      for (const json& callback : of.at("callbacks")) {
-        if (callback != kRemoved) executor.callbacks.push_back(named_as_in_chains(callback));
-      }
-    }
+  }
+  for (const Trace& trace : traces) {
+    for (const auto& [name, of] : trace.about.at("executors").items())
+      add_executor(model, name, of);
   }
   return std::move(model);
 }

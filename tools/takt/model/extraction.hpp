@@ -15,6 +15,9 @@
 
 namespace takt::tools {
 
+/// The name in a trace of all callbacks that were let go, which no later run has.
+inline const std::string kRemovedCallbacks = "(removed)";
+
 /// The model of one system in one or several runs: the longest execution times and the closest
 /// arrivals of all. Where a trace has lost executions or a queue messages, nothing is concluded
 /// from what came before about what came after.

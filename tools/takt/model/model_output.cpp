@@ -103,6 +103,7 @@ ordered_json document(const MeasuredModel& model) {
   for (const MeasuredComponent& component : model.components) {
     result["components"][component.node] = component.digest;
   }
+  if (!model.active_nodes.empty()) result["active_nodes"] = model.active_nodes;
   for (const auto& [key, value] : model.settings) result["settings"][key] = value;
   for (const MeasuredChain& chain : model.chains) result["chains"][chain.name] = document(chain);
   result["callbacks"] = ordered_json::object();

@@ -62,7 +62,8 @@ json about(const rt::Run& run, bool has_several_processes) {
           {"executors", executors_of(run, has_several_processes)},
           {"callbacks", std::move(callbacks)},
           {"chains", std::move(chains)},
-          {"modes", modes}};
+          {"modes", modes},
+          {"active_nodes", run.active_nodes}};
 }
 
 /// An execution, and what tells which others belong to it.
@@ -126,7 +127,8 @@ void check_about(const json& about) {
   }
   about.at("callbacks").get<std::vector<std::string>>();
   about.at("modes").get<std::vector<std::string>>();
-  for (const char* key : {"components", "settings"})  // of `takt run` only
+  about.value("active_nodes", json::array()).get<std::vector<std::string>>();  // of a later Takt
+  for (const char* key : {"components", "settings"})                           // of `takt run` only
     about.value(key, json::object()).get<std::map<std::string, std::string>>();
   for (const json& chain : about.at("chains")) {
     chain.at("name").get<std::string>();

@@ -93,7 +93,7 @@ TEST(TraceFile, HasASliceForAnExecutionAndOneForItsTimeInTheQueue) {
   json expected = json::parse(R"({
     "displayTimeUnit": "ns",
     "otherData": {"overwritten_executions": 3, "file": "robot.yaml", "duration_s": 2.5, "clock": "monotonic", "begin_ns": 10000,
-                  "callbacks": ["/node/tick"], "modes": [],
+                  "callbacks": ["/node/tick"], "modes": [], "active_nodes": [],
                   "executors": {"all": {"type": "events", "scheduler": "fifo", "callbacks": ["/node/tick"]}}},
     "traceEvents": [
       {"ph": "M", "pid": 1, "name": "process_name", "args": {"name": "robot"}},

@@ -266,6 +266,18 @@ with tempfile.TemporaryDirectory() as folder:
     status, output, errors = run(trace, "-o", os.path.join(folder, "none", "x.yaml"), command="model")
     check("a model that cannot be written", status == 2 and "choose a writable file" in errors, output, errors)
     with open(trace, encoding="utf-8") as file:
+        seen = file.read()
+    begun = int(re.search(r'"begin_ns":(\d+)', seen)[1])
+    later = seen.replace(f'"begin_ns":{begun}', f'"begin_ns":{begun + 1}')
+    for name, changed, text in [
+            ("the same run twice", seen, f"this trace is of the same run as '{trace}'"),
+            ("another machine", re.sub('"machine":"[^,]*,', '"machine":"64 x AMD,', later), "this trace is of '64 x AMD, Linux"),
+            ("another executor", later.replace('"type":"events"', '"type":"single_threaded"'), "single_threaded with fixed_priority here, and on")]:
+        status, output, errors = run(trace, write("again.json", changed), command="model")
+        check(f"traces of {name}", status == 2 and text in errors, status, output, errors)
+    status, output, errors = run(trace, write("again.json", later), command="model")
+    check("two runs", status == 0 and "/imu/imu_timer" in output, status, output, errors)
+    with open(trace, encoding="utf-8") as file:
         switched = write("switched.json", file.read().replace('"modes":[]', '"modes":["calm"]'))
     status, output, errors = run(switched, command="model")
     check("a trace of another mode", status == 2 and "mode 'calm' was in force for a part of this run" in errors, output, errors)
