@@ -222,10 +222,10 @@ Count most(const std::vector<Part::Inner>& arrivals, Time window) {
   return result;
 }
 
-std::vector<Time> steps(const std::vector<Part::Inner>& arrivals, Time limit) {
+std::vector<Time> steps(const std::vector<Part::Inner>& arrivals, Time limit, Time from) {
   std::vector<Time> result;
   for (const auto& [curve, messages] : arrivals) {
-    const auto more = curve.steps(limit);
+    const auto more = curve.steps(limit, from);
     result.insert(result.end(), more.begin(), more.end());
   }
   return result;

@@ -39,27 +39,45 @@ class ThreadsOfIsolated {
   std::map<const IsolatedExecutor*, std::vector<const CallbackGroup*>> asked_;
 };
 
+struct Analyzed {
+  SystemModel model;
+  std::vector<ModelBounds::Chain> bounds;
+};
+
+/// Why the model is refuted; empty: it is not.
+std::string why_refuted(const Analyzed& analyzed, std::size_t chain) {
+  const SystemModel::Chain& seen = analyzed.model.chains[chain];
+  for (const Assumption& assumption : seen.assumptions)
+    if (assumption.state == Assumption::State::refuted) return assumption.text;
+  const auto& bound = analyzed.bounds[chain].bound;
+  if (!bound || seen.observed <= *bound) return {};
+  return "it took " + to_string(seen.observed) + " in the measured run";
+}
+
 /// The chains that were guaranteed before, and are not any more.
-std::vector<std::string> lost(const std::vector<PlannedChain>& chains,
-                              const std::vector<ModelBounds::Chain>& before,
-                              const std::vector<ModelBounds::Chain>& after, const std::string& how,
-                              const char* remedy) {
+std::vector<std::string> lost(const std::vector<PlannedChain>& chains, const Analyzed& before,
+                              const Analyzed& after, const std::string& how, const char* remedy) {
   std::vector<std::string> errors;
   for (std::size_t i = 0; i < chains.size(); ++i) {
     const ChainOptions& options = chains[i].options;
-    const auto is_kept = [&](const ModelBounds::Chain& chain) {
-      return chain.bound && *chain.bound <= options.deadline && chain.why_lossy.empty();
+    const auto is_kept = [&](const Analyzed& analyzed) {
+      const ModelBounds::Chain& chain = analyzed.bounds[i];
+      return chain.bound && *chain.bound <= options.deadline && chain.why_lossy.empty() &&
+             why_refuted(analyzed, i).empty();
     };
-    if (!is_kept(before[i]) || is_kept(after[i])) continue;
-    const std::string what = !after[i].bound ? "take any time (" + after[i].why_not + ")"
-                             : !after[i].why_lossy.empty()
-                                 ? "lose some (" + after[i].why_lossy + ")"
-                                 : "take " + to_string(*after[i].bound);
+    if (!is_kept(before) || is_kept(after)) continue;
+    const ModelBounds::Chain& now = after.bounds[i];
+    const std::string refuted = why_refuted(after, i);
+    const std::string what = !now.bound               ? "take any time (" + now.why_not + ")"
+                             : !now.why_lossy.empty() ? "lose some (" + now.why_lossy + ")"
+                             : !refuted.empty() ? "take longer than its bound (" + refuted + ")"
+                                                : "take " + to_string(*now.bound);
     errors.push_back(fmt::format(
         "{}, chain '{}' could {}, and its deadline is {}; without, the chain takes {} at "
         "most; "
         "{}",
-        how, options.name, what, to_string(options.deadline), to_string(*before[i].bound), remedy));
+        how, options.name, what, to_string(options.deadline), to_string(*before.bounds[i].bound),
+        remedy));
   }
   return errors;
 }
@@ -232,16 +250,17 @@ Guarantees::Errors Guarantees::lost_by(const ModelledProcess& with, const std::s
     measured = read_measured_model(setting_.description.model);
   Errors errors;
   for (std::size_t mode = 0; mode < setting_.modes->all().size(); ++mode) {
-    const auto bounds = [&](const ModelledProcess& process) {
+    const auto analyzed = [&](const ModelledProcess& process) {
       const ModelledProcess in_mode = setting_.modes->modelled(mode, process);
-      return analyze(make_system_model(setting_.description, chains, {&in_mode, 1},
-                                       measured ? &*measured : nullptr, facts_of_kernel()))
-          .chains;
+      SystemModel model = make_system_model(setting_.description, chains, {&in_mode, 1},
+                                            measured ? &*measured : nullptr, facts_of_kernel());
+      auto bounds = analyze(model).chains;
+      return Analyzed{std::move(model), std::move(bounds)};
     };
     const std::string when =
         mode == 0 ? how
                   : fmt::format("{}, in the mode '{}'", how, setting_.modes->all()[mode].name);
-    for (std::string& error : lost(chains, bounds(modelled()), bounds(with), when, remedy)) {
+    for (std::string& error : lost(chains, analyzed(modelled()), analyzed(with), when, remedy)) {
       errors.push_back(std::move(error));
     }
   }

@@ -110,7 +110,7 @@ class Points final : public Method {
     for (const Other& other : others) {
       if (other.point >= kUnbounded) continue;
       const Time shift = other.point - own_point - other.overtaking;
-      for (const Time step : steps(other.arrivals, busy - shift)) {
+      for (const Time step : steps(other.arrivals, busy - shift, -shift)) {
         if (step + shift >= 0) offsets.push_back(step + shift);
       }
     }

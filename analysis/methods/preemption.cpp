@@ -66,7 +66,7 @@ class Preemption final : public Method {
         for (const Entry& other : others_) {
           if (other.key >= kUnbounded) continue;
           const Time shift = other.key - own_.key;
-          for (const Time step : steps(other.arrivals, busy - shift)) {
+          for (const Time step : steps(other.arrivals, busy - shift, -shift)) {
             if (step + shift >= 0) offsets.push_back(step + shift);
           }
         }

@@ -302,6 +302,7 @@ class ModelBuilder : public ChainFinder {
 
  private:
   void add_callbacks();
+  void check_names() const;
   void add_unknown_callbacks();
   std::size_t part_of(const ModelledProcess& process, const ModelledProcess::Callback& callback);
   void add_threads(const ModelledProcess& process, const ExecutorDescription& description,

@@ -116,6 +116,19 @@ void ModelBuilder::add_callbacks() {
       facts.handled_after = handled_after(parameters, period);
     }
   }
+  check_names();
+}
+
+// What a run shows of a name is of one callback.
+void ModelBuilder::check_names() const {
+  std::set<std::string_view> known;
+  for (const analysis::Callback& callback : model_.system.callbacks) {
+    if (known.insert(callback.name).second || !measured_callbacks_.contains(callback.name))
+      continue;
+    throw Error(
+        fmt::format("'{}' is two callbacks, and the model does not tell them apart", callback.name),
+        "give each its own name, and measure again", measured_->path);
+  }
 }
 
 std::size_t ModelBuilder::part_of(const ModelledProcess& process,

@@ -398,6 +398,48 @@ TEST(SystemModel, AModelThatContradictsItsSystemIsRefused) {
   EXPECT_THAT(error(), HasSubstr("it is a timer, which has no executions that are 'uncaused'"));
 }
 
+// "/x" with the topic "t/u", and "/x/t" with "u".
+TEST(SystemModel, ARunDoesNotTellCallbacksOfOneNameApart) {
+  const std::string text = managed("default") + R"(
+    - {component: takt::Workload, name: w, executor: default, parameters: {subscriptions: {topic: [t/u], work_us: [100]}}}
+    - {component: takt::Workload, name: t, namespace: /w, executor: default, parameters: {subscriptions: {topic: [u], work_us: [100]}}}
+)";
+  MeasuredModel measured = run_of_managed();
+  measured.active_nodes = {"/x"};
+  EXPECT_EQ(verdict_of(text, &measured), Verdict::guaranteed);
+  measured.callbacks.push_back({.name = "/w/t/u", .executions = 100, .longest_execution = 100us});
+  EXPECT_THAT([&] { verdict_of(text, &measured); },
+              ::testing::ThrowsMessage<Error>(HasSubstr("'/w/t/u' is two callbacks")));
+}
+
+TEST(SystemModel, AContainerRefusesABudgetThatExecutionsExceed) {
+  const ConfigurationFile file("budget.yaml", managed("default"));
+  Container container(file.read());
+  container.change_parameters("{v: {callbacks: {v_timer: {budget: 2ms}}}}");
+  EXPECT_THAT(
+      [&] { container.change_parameters("{v: {callbacks: {v_timer: {budget: 500us}}}}"); },
+      ::testing::ThrowsMessage<Error>(HasSubstr("chain 'c' could take longer than its bound (")));
+}
+
+// A deadline took time and memory in proportion to its length: 9 s for 1000 h, and more than there
+// is.
+TEST(SystemModel, ALongDeadlineIsNoWork) {
+  for (const auto& [executor, priority] :
+       {std::pair{"events", "50"}, std::pair{"preemptive", "60..62"}}) {
+    const auto text = fmt::format(R"(
+threads: {{a: {{policy: SCHED_FIFO, priority: {}, affinity: [0]}}}}
+executors: {{e: {{type: {}, scheduler: edf, threads: [a]}}}}
+container:
+  components:
+    - {{component: takt::Workload, name: p, executor: e, callbacks: {{x_timer: {{deadline: 100000h}}}}, parameters: {{publishers: {{topic: [x], period_us: [10000], work_us: [1000]}}}}}}
+    - {{component: takt::Workload, name: q, executor: e, callbacks: {{z_timer: {{deadline: 10ms}}}}, parameters: {{publishers: {{topic: [z], period_us: [10000], work_us: [2000]}}}}}}
+chains: [{{name: c, path: [p/x_timer]}}]
+)",
+                                  priority, executor);
+    EXPECT_TRUE(bound_of(text).bound) << executor;
+  }
+}
+
 TEST(Ranks, AreTheSchedulersOrder) {
   std::vector<CallbackInfo> infos(3);
   for (CallbackId i = 0; i < 3; ++i) infos[i].id = i;
