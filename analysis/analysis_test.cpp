@@ -275,29 +275,6 @@ TEST(Analysis, SaysWhatABoundIsMissingFor) {
   EXPECT_THAT(analyze(system).chains[0].why_not, HasSubstr("by way of 'first', and its callbacks"));
 }
 
-// It waited for the next message of its own, 100 later, though the others come every 30 and 10.
-TEST(Analysis, AJoinWaitsForTheOtherInputsAtMost) {
-  const auto chain = [](std::optional<Count> depth) {
-    System system{.executors = {{.name = "a"}, {.name = "b"}, {.name = "c"}, {.name = "end"}}};
-    for (const Time period : {100, 30, 10}) {
-      system.callbacks.push_back({.name = "timer",
-                                  .executor = system.callbacks.size(),
-                                  .execution = 1,
-                                  .arrivals = ArrivalCurve::periodic(period),
-                                  .longest_gap = period,
-                                  .is_timer = true,
-                                  .depth = period == 30 ? depth : std::nullopt,
-                                  .outputs = {{.to = 3, .messages = 0, .waits = true}}});
-    }
-    system.callbacks[0].outputs[0].messages = 1;
-    system.callbacks.push_back({.name = "joined", .executor = 3, .execution = 1});
-    system.chains = {{.name = "c", .callbacks = {0, 3}}};
-    return analyze(system).chains[0].bound;
-  };
-  EXPECT_EQ(chain(std::nullopt), 1 + 30 + 1 + 1);
-  EXPECT_GT(chain(0), 100);  // what may be lost does not come
-}
-
 // 2000 timers were refused without a line, and 500 took 5 s.
 TEST(Analysis, AThousandTimersOfAnExecutorAreQuick) {
   constexpr Time kTimers = 1000 / kFewerSanitized;

@@ -421,6 +421,25 @@ TEST(SystemModel, AContainerRefusesABudgetThatExecutionsExceed) {
       ::testing::ThrowsMessage<Error>(HasSubstr("chain 'c' could take longer than its bound (")));
 }
 
+// The executor sends what the last period has left before it serves the next one, and then its own.
+TEST(SystemModel, APeriodBeginsWithItsSending) {
+  const auto bound = [](const char* message) {
+    return *bound_of(fmt::format(R"(
+machine: {{overheads: {{dispatch: 0us, wake: 0us, switch: 0us, publish: {{message: {}, receiver: 0us}}}}}}
+threads: {{a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}, b: {{policy: SCHED_FIFO, priority: 50, affinity: [1]}}}}
+executors: {{e: {{type: triggered, let: 20ms, threads: [a]}}, f: {{type: events, threads: [b]}}}}
+container:
+  components:
+    - {{component: takt::Workload, name: p, executor: e, parameters: {{publishers: {{topic: [x], period_us: [20000], work_us: [1000]}}}}}}
+    - {{component: takt::Workload, name: q, executor: f, parameters: {{subscriptions: {{topic: [x], work_us: [1000]}}}}}}
+chains: [{{name: c, path: [p/x_timer]}}]
+)",
+                                 message))
+                .bound;
+  };
+  EXPECT_EQ(bound("1ms") - bound("100us"), 2 * 900us);
+}
+
 // A deadline took time and memory in proportion to its length: 9 s for 1000 h, and more than there
 // is.
 TEST(SystemModel, ALongDeadlineIsNoWork) {
