@@ -65,6 +65,12 @@ std::filesystem::path path_of_takt() {
   return std::filesystem::canonical(own.dli_fname != nullptr ? own.dli_fname : "", none);
 }
 
+bool is_in_takt(const void* address) noexcept {
+  Dl_info own{}, other{};
+  return dladdr(reinterpret_cast<const void*>(&path_of_takt), &own) != 0 &&
+         dladdr(address, &other) != 0 && own.dli_fbase == other.dli_fbase;
+}
+
 // Called by the program takt_try_library. It ignores errors of dlopen: load_library gets the same
 // ones.
 extern "C" TAKT_INTERNAL void takt_try_library(const char* path) {

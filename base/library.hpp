@@ -40,6 +40,8 @@ std::vector<Registration>& load_library(const std::string& path);
 /// Of libtakt.so, or of the program that has it inside; in the folder `takt` beside it is what it
 /// loads and starts. Real-time: no.
 std::filesystem::path path_of_takt();
+/// Whether that has this code or data. Real-time: no.
+bool is_in_takt(const void* address) noexcept;
 
 /// For the functions behind TAKT_REGISTER_…: adds the entry to the registry, or leaves this to
 /// load_registered() if this thread is loading a library. Always true. Throws Error when the name

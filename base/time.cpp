@@ -39,6 +39,13 @@ std::string to_string(Nanoseconds duration) {
       return std::to_string(duration.count() / nanoseconds) + name;
     }
   }
+  // Longer numbers of ns nobody can read: "9.799999ms".
+  constexpr std::int64_t kFewNs = 10'000;
+  for (const auto& [nanoseconds, name] : kWritten) {
+    if (duration.count() < std::max(nanoseconds, kFewNs)) continue;
+    return fmt::format(
+        "{}{}", static_cast<double>(duration.count()) / static_cast<double>(nanoseconds), name);
+  }
   return std::to_string(duration.count()) + "ns";
 }
 

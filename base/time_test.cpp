@@ -57,6 +57,16 @@ TEST(Duration, IsNothingElse) {
   }
 }
 
+// Nine digits of ns stood beside milliseconds.
+TEST(Duration, IsWrittenForPeopleAndExactly) {
+  for (const std::string text : {"0s", "7ns", "1024ns", "9999ns", "12.345us", "9800us", "20ms",
+                                 "9.799999ms", "1.000000001s", "-5ns"}) {
+    const bool is_negative = text[0] == '-';
+    const Nanoseconds time = parse_duration(text.substr(is_negative ? 1 : 0));
+    EXPECT_EQ(to_string(is_negative ? -time : time), text);
+  }
+}
+
 TEST(Duration, OfARunIsNotZero) {
   EXPECT_EQ(parse_run_time("1s"), 1s);
   EXPECT_THROW(parse_run_time("1"), Error);

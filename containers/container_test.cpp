@@ -297,9 +297,10 @@ TEST(Container, DecidesTheQosOfTopicsThatAreThere) {
     Container container(system);
     FAIL() << "a topic that nobody has";
   } catch (const ConfigurationError& error) {
-    EXPECT_STREQ(error.what(),
-                 "test.yaml:6: no component has the topic '/tiks'; did you mean '/ticks'? valid: "
-                 "/ticks");
+    EXPECT_STREQ(
+        error.what(),
+        "test.yaml:6: no component has the topic or service '/tiks'; did you mean '/ticks'? valid: "
+        "/ticks");
   }
 }
 

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <typeinfo>
 
 #include <fmt/format.h>
 
 #include "takt/base/counted.hpp"
+#include "takt/base/library.hpp"
 #include "takt/executors/isolated_executor.hpp"
 
 namespace takt {
@@ -82,6 +84,11 @@ std::vector<std::string> lost(const std::vector<PlannedChain>& chains, const Ana
   return errors;
 }
 
+// Anybody may register a class in the namespace `takt`, so where its type is counts, not its name.
+bool is_of_takt(const Node& node) {
+  return is_in_takt(&typeid(node));
+}
+
 // In CPUs: 1 for each thread, or its utilisation for a SCHED_DEADLINE thread.
 double capacity_of(const ContainerSetting& setting, const ExecutorDescription& executor) {
   if (executor.threads.empty()) return 1;
@@ -122,7 +129,7 @@ void Guarantees::add_callbacks(const Loaded& loaded, ModelledProcess& process) c
       .node = loaded.node(),
       .executors = {},
       .where = component.where,
-      .is_of_takt = component.library.empty() && component.type.starts_with("takt::"),
+      .is_of_takt = is_of_takt(*loaded.node()),
       .ends_with_exceptions = component.on_exception == OnException::terminate});
   for (const auto& group : loaded.node()->groups()) {
     std::string executor = executors_.name_for(loaded, *group);

@@ -301,7 +301,7 @@ TEST_F(Loading, IsRefusedWhenAChainCouldMissItsDeadline) {
   EXPECT_THAT(
       error_of([&] { container_->load(other); }),
       HasSubstr(
-          "with '/guest', chain 'tick' could take 549999ns, and its deadline is "
+          "with '/guest', chain 'tick' could take 549.999us, and its deadline is "
           "500us; without, the chain takes 300us at most; give the component another executor"));
   other.callback_groups["loop"].parameters.budget = 100us;
   EXPECT_NO_THROW(container_->load(other));

@@ -9,6 +9,7 @@
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/containers/component_list.hpp"
+#include "takt/containers/named_topics.hpp"
 
 namespace takt {
 namespace {
@@ -117,20 +118,11 @@ void set_parameters(const ComponentDescription& component, Node& node,
   }
 }
 
-// Checks that the topics of the file exist.
 void check_topics(ContainerSetting& setting, const ComponentList& components) {
-  std::vector<std::string> names;
-  for (const auto& loaded : components.all()) {
-    for (std::string& name : loaded->node()->topics()) names.push_back(std::move(name));
-  }
-  std::sort(names.begin(), names.end());
-  names.erase(std::unique(names.begin(), names.end()), names.end());
-  for (const auto& [name, where] : setting.description.topic_lines) {
-    if (std::binary_search(names.begin(), names.end(), name)) continue;
-    setting.errors.push_back(
-        Error(fmt::format("no component has the topic '{}'", name), suggest(name, names), where)
-            .what());
-  }
+  std::vector<std::shared_ptr<Node>> nodes;
+  for (const auto& loaded : components.all()) nodes.push_back(loaded->node());
+  for (const Error& error : wrong_topics(setting.description, nodes))
+    setting.errors.emplace_back(error.what());
 }
 
 std::unique_ptr<Component> construct(const ContainerSetting& setting,

@@ -18,7 +18,7 @@ Timer::Timer(std::string name, std::shared_ptr<CallbackGroup> group, Clock& cloc
       callback_(std::move(callback)),
       next_release_(later(clock_.now(), period)) {
   if (period <= Nanoseconds::zero()) {
-    throw Error("a timer's period must be positive, not " + std::to_string(period.count()) + " ns");
+    throw Error("a timer's period must be positive, not " + to_string(period));
   }
   if (!callback_) throw Error("timer '" + this->name() + "' has no callback");
   if (simulated_ != nullptr) simulated_->add(*this);

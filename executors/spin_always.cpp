@@ -50,8 +50,8 @@ void check_beside(const ThreadAttributes& thread, const ThreadAttributes& other)
 void check_spin(const ExecutorOptions& options, std::span<const ThreadAttributes> threads) {
   const auto check = [&](const char* option, Nanoseconds time) {
     if (time >= Nanoseconds::zero() && time <= kMostSpin) return;
-    throw Error(fmt::format("executor '{}': {} is {} ns", options.name, option, time.count()),
-                fmt::format("write 0 to {} ns", kMostSpin.count()));
+    throw Error(fmt::format("executor '{}': {} is {}", options.name, option, to_string(time)),
+                "write 0 to " + to_string(kMostSpin));
   };
   check("early_wake", options.early_wake);
   if (options.spin == kSpinAlways) return check_spin_always(threads);

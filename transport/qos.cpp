@@ -50,7 +50,7 @@ void QoS::check() const {
                                        {"lifespan", lifespan_duration},
                                        {"lease_duration", lease_duration}}) {
     if (duration >= Nanoseconds::zero()) continue;
-    throw Error(fmt::format("a {} of {} ns cannot be kept", name, duration.count()),
+    throw Error(fmt::format("a {} of {} cannot be kept", name, to_string(duration)),
                 "choose one above 0, or 0 for none");
   }
 }

@@ -77,9 +77,9 @@ TEST(QoS, RefusesADepthThatARingCannotHold) {
                   "a history of 16385 messages cannot be kept; choose a depth from 1 to 16384"));
   EXPECT_NO_THROW(QoS(1).check());
   EXPECT_NO_THROW(QoS().keep_all().check());
-  EXPECT_THAT([] { QoS().lifespan(-1ns).check(); },
-              ThrowsMessage<Error>(
-                  "a lifespan of -1 ns cannot be kept; choose one above 0, or 0 for none"));
+  EXPECT_THAT(
+      [] { QoS().lifespan(-1ns).check(); },
+      ThrowsMessage<Error>("a lifespan of -1ns cannot be kept; choose one above 0, or 0 for none"));
   EXPECT_NO_THROW(QoS(KeepLastRing<int>::kMaxDepth).check());
 }
 

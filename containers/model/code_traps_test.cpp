@@ -72,7 +72,7 @@ class CodeManaged : public LifecycleNode, public KnowsExecutionTimes {
 };
 
 struct CodeFile {
-  std::string top = {}, kind = {}, of_tick = {}, more = {};
+  std::string top = {}, kind = {}, of_tick = {}, more = {}, sender = "tricky::CodeSender";
 
   Analyzed analyzed() const {
     return takt::test::analyzed("realtime: require\nmemory: {lock: true}\n" + top + R"(
@@ -82,7 +82,7 @@ chains: [{name: c, deadline: 50ms, path: [s/tick, r/t]}]
 container:
   name: coded
   components:
-    - component: tricky::CodeSender
+    - component: )" + sender + R"(
       name: s
       executor: default
       callbacks: {tick: {)" + of_tick +
@@ -106,6 +106,12 @@ TEST(CodeTraps, AClassThatKnowsItsTimesMayDoMore) {
                     HasSubstr("'/s', '/r' makes no other callbacks later"),
                     HasSubstr("only 'tick' of '/s' send to '/r/t', and no thread that it has made"),
                     HasSubstr("execution of '/s/tick' sends one message to each topic")));
+}
+
+// Its name made it one of Takt's, which do nothing else.
+TEST(CodeTraps, ANameDoesNotMakeAClassTakts) {
+  EXPECT_EQ(CodeFile{.sender = "takt::CodeOfNamespace"}.analyzed().text_of("as_declared"),
+            CodeFile().analyzed().text_of("as_declared"));
 }
 
 // The subscription of a topic without a known publisher took no time.
@@ -471,6 +477,14 @@ chains: [{name: c, path: [b/s]}]
 }  // namespace
 }  // namespace tricky
 
+namespace takt {
+class CodeOfNamespace : public tricky::CodeSender {
+ public:
+  using CodeSender::CodeSender;
+};
+}  // namespace takt
+
+TAKT_REGISTER_COMPONENT(takt::CodeOfNamespace, "sends, and is not of Takt")
 TAKT_REGISTER_COMPONENT(tricky::CodeSender, "sends")
 TAKT_REGISTER_COMPONENT(tricky::CodeReceiver, "receives")
 TAKT_REGISTER_COMPONENT(tricky::CodeManaged, "receives when it is active")

@@ -12,6 +12,7 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::ThrowsMessage;
 
 /// Timers of 10 ms on one thread: `a`, whose messages `b` gets, and `log` after them. Each takes a
 /// millisecond. The chain `c` is of a and b, and `l` of log.
@@ -152,6 +153,48 @@ TEST(Keys, WhatAModeDropsIsDestroyed) {
   };
   EXPECT_THAT(zero("8000000"), HasSubstr("taking and destroying what a mode drops"));
   EXPECT_THAT(zero("100"), Not(HasSubstr("what a mode drops")));
+}
+
+TEST(Keys, OverheadsThatAreMeasuredHereAreOfThisMachine) {
+  MachineFacts facts = kQuiet;
+  facts.overhead_samples = 1000;
+  const auto text = [&] {
+    return analyzed(R"(
+machine: {exclusive: true, overheads: {dispatch: 1us, wake: 1us, switch: 1us, publish: 1us}}
+executors: {default: {type: events}}
+chains: [{name: c, path: [a/x_timer]}]
+container: {components: [{component: takt::Workload, name: a, executor: default, parameters: {publishers: {topic: [x], period_us: [10000], work_us: [1000]}}}]}
+)",
+                    nullptr, false, facts)
+        .text_of("model_from_elsewhere");
+  };
+  EXPECT_THAT(text(), HasSubstr("though `machine: cpus` names another machine"));
+  facts.name = "this one";
+  EXPECT_EQ(text(), "");
+}
+
+// The advice of a service between processes was refused, and other keys set nothing.
+TEST(Keys, AServiceHasADelayOfItsOwnName) {
+  const auto longest = [](const std::string& topics) {
+    const Analyzed found = analyzed("topics: {" + topics + R"(}
+executors: {a: {type: events}}
+machine: {exclusive: true}
+containers:
+  - {name: p1, components: [{component: takt::Workload, name: c, executor: a, parameters: {clients: {service: [sv], period_us: [10000]}}}]}
+  - {name: p2, components: [{component: takt::Workload, name: s, executor: a, parameters: {servers: {service: [sv], work_us: [100]}}}]}
+chains: [{name: c, path: [c/sv_timer]}]
+)");
+    analysis::Time delay = 0;
+    for (const analysis::Callback& from : found.model.system.callbacks)
+      for (const analysis::Output& output : from.outputs) delay = std::max(delay, output.delay);
+    return delay;
+  };
+  EXPECT_EQ(longest("/sv: {delay: 1ms}"), Nanoseconds(1ms).count());
+  EXPECT_EQ(longest(""), analysis::kUnbounded);
+  EXPECT_THAT([&] { longest("/svRequest: {delay: 1ms}"); },
+              ThrowsMessage<Error>(HasSubstr("topic or service '/svRequest'; valid: /sv")));
+  EXPECT_THAT([&] { longest("/sv: {delay: 1ms, depth: 3}"); },
+              ThrowsMessage<Error>(HasSubstr("'/sv' is a service, which has no 'depth'")));
 }
 
 }  // namespace

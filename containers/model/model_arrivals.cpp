@@ -208,7 +208,7 @@ void ModelBuilder::add_way_from_outside(std::size_t index) {
   SystemModel::Callback& facts = model_.callbacks[index];
   const Nanoseconds its = end->qos().lifespan_duration;
   if (!QoS::is_for_ever(its)) facts.lifespan = std::min(facts.lifespan.value_or(its), its);
-  const auto delay = description_.delays.find(end->topic());
+  const auto delay = description_.delays.find(entry_of(*end));
   if (delay != description_.delays.end())
     facts.longest_way = std::max(facts.longest_way, delay->second.longest);
   if (is_closed()) return;

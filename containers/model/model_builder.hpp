@@ -21,6 +21,7 @@
 #include "takt/containers/model/model_topics.hpp"
 #include "takt/containers/model/places.hpp"
 #include "takt/containers/model/system_model.hpp"
+#include "takt/containers/named_topics.hpp"
 
 namespace takt {
 
@@ -168,9 +169,6 @@ double execution_scale(const SystemDescription& description, const Node& node,
 
 /// A longer bound counts as none: it fits the deadlines and periods of the model.
 analysis::Time longest_bound(const SystemModel& model);
-
-/// "/map", from the topic of a service's requests or replies: "rq/mapRequest", "rr/mapReply".
-std::string service_of(std::string_view topic);
 
 /// Throws Error: this callback or chain of the model cannot be of the system.
 [[noreturn]] void refuse_model(const MeasuredModel& model, const std::string& entry,

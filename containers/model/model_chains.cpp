@@ -104,8 +104,10 @@ void ChainFinder::count_begun(const std::vector<std::size_t>& path,
   const MeasuredCallback* const first = path.empty() ? nullptr : measured(path.front());
   if (first == nullptr || measured_->duration == Nanoseconds::zero()) return;
   chain.begun = first->executions;
-  chain.begun_a_second = static_cast<double>(first->executions) /
-                         std::chrono::duration<double>(measured_->duration).count();
+  const Nanoseconds total = std::max(measured_->duration, measured_->total_duration);
+  chain.runs = static_cast<std::uint64_t>(total / measured_->duration);
+  chain.begun_a_second =
+      static_cast<double>(first->executions) / std::chrono::duration<double>(total).count();
   chain.is_managed = std::any_of(path.begin(), path.end(), [&](std::size_t callback) {
     return dynamic_cast<const LifecycleNode*>(callbacks_[callback]->node.get()) != nullptr;
   });
@@ -124,7 +126,7 @@ analysis::Time ChainFinder::delay_before(std::size_t first) {
   const bool receives =
       kind == EntityKind::subscription || kind == EntityKind::service || kind == EntityKind::client;
   if (!receives || !model_.system.callbacks[first].arrivals) return longest;
-  const auto stated = description_.delays.find(std::string(entity.topic()));
+  const auto stated = description_.delays.find(entry_of(entity));
   if (stated != description_.delays.end()) {
     return std::max(longest, stated->second.longest.count());
   }
@@ -334,13 +336,14 @@ bool refutes_overheads(const SystemModel::Chain& chain, const ModelBounds::Chain
 
 }  // namespace
 
-// Allows for instances that are in transit at the begin and the end of the run, and for those
+// Allows for instances that are in transit at the begin and the end of each run, and for those
 // before all nodes are active.
 std::string why_lost_in_run(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
   if (chain.came_through == 0 || bound.one_of == 0 || !bound.bound) return {};
   const double begun = static_cast<double>(chain.begun);
   const double on_the_way =
-      2 + chain.begun_a_second * std::chrono::duration<double>(*bound.bound).count() +
+      static_cast<double>(chain.runs) *
+          (2 + chain.begun_a_second * std::chrono::duration<double>(*bound.bound).count()) +
       (chain.is_managed ? begun / 10 : 0);
   const double served = static_cast<double>(chain.came_through) * static_cast<double>(bound.one_of);
   if (served + on_the_way >= begun) return {};

@@ -18,29 +18,16 @@ namespace takt {
 using analysis::Count;
 using analysis::kUnbounded;
 
-std::string service_of(std::string_view topic) {
-  return std::string(topic.substr(2, topic.rfind('R') - 2));
-}
-
 namespace {
 
 // Of one process, its container has done so.
 void check_topics(const SystemDescription& description,
                   std::span<const ModelledProcess> processes) {
   if (processes.size() == 1) return;
-  std::vector<std::string> names;
-  for (const ModelledProcess& process : processes) {
-    for (const ModelledProcess::Member& member : process.nodes) {
-      const std::vector<std::string> its = member.node->topics();
-      names.insert(names.end(), its.begin(), its.end());
-    }
-  }
-  std::sort(names.begin(), names.end());
-  names.erase(std::unique(names.begin(), names.end()), names.end());
-  for (const auto& [name, where] : description.topic_lines) {
-    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
-    throw Error(fmt::format("no component has the topic '{}'", name), suggest(name, names), where);
-  }
+  std::vector<std::shared_ptr<Node>> nodes;
+  for (const ModelledProcess& process : processes)
+    for (const ModelledProcess::Member& member : process.nodes) nodes.push_back(member.node);
+  for (const Error& error : wrong_topics(description, nodes)) throw Error(error);
 }
 
 }  // namespace

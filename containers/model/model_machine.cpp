@@ -342,19 +342,24 @@ void AssumptionFinder::assume_overhead(const char* what, const std::optional<Nan
                                        Nanoseconds measured, std::optional<std::size_t> executor) {
   const bool is_known = said || measured != Nanoseconds::zero();
   const bool is_here = said && machine_.overhead_samples != 0;
-  const char* const id = !is_known          ? "overheads_are_zero"
-                         : said && !is_here ? "as_declared"
-                                            : "as_measured";
-  assume({.id = id,
-          .state = State::unchecked,
-          .text = is_known ? "these take no longer than stated or measured: {}"
-                           : "these take no time: {}",
-          .name = what,
-          .source = !is_known ? std::string("nobody")
-                    : is_here ? fmt::format("measured here, n = {}", machine_.overhead_samples)
-                    : said    ? declared_at(line_of("a machine", "overheads"))
-                              : measured_source(),
-          .executor = executor});
+  const char* const id = !is_known                          ? "overheads_are_zero"
+                         : said && !is_here                 ? "as_declared"
+                         : is_here && machine_.name.empty() ? "model_from_elsewhere"
+                                                            : "as_measured";
+  assume(
+      {.id = id,
+       .state = State::unchecked,
+       .text = id == std::string_view("model_from_elsewhere")
+                   ? "these take no longer there than here, though `machine: cpus` names another "
+                     "machine: {}"
+               : is_known ? "these take no longer than stated or measured: {}"
+                          : "these take no time: {}",
+       .name = what,
+       .source = !is_known ? std::string("nobody")
+                 : is_here ? fmt::format("measured here, n = {}", machine_.overhead_samples)
+                 : said    ? declared_at(line_of("a machine", "overheads"))
+                           : measured_source(),
+       .executor = executor});
 }
 
 void AssumptionFinder::add_overheads() {

@@ -137,6 +137,7 @@ struct SystemModel {
     /// How many instances began in the measured run, and came through; 0: not known.
     std::uint64_t begun = 0, came_through = 0;
     double begun_a_second = 0;
+    std::uint64_t runs = 1;   // that these figures are of, at most
     bool is_managed = false;  // its nodes have a lifecycle: it began before all were active
     bool allows_losses = false;
     /// How long messages to its first callback are in transit: an instance begins when its message

@@ -467,6 +467,15 @@ TEST(Ranks, AreTheSchedulersOrder) {
   EXPECT_THAT(ranks_of(infos, "fifo"), ElementsAre(0, 0, 0));
 }
 
+// Of three runs, each may end while two instances are on their way.
+TEST(SystemModel, AllowsForWhatIsOnItsWayAtTheEndOfEachRun) {
+  SystemModel::Chain chain{.begun = 150, .came_through = 145, .begun_a_second = 10};
+  const ModelBounds::Chain bound{.bound = 1ms};
+  EXPECT_NE(why_lost_in_run(chain, bound), "");
+  chain.runs = 3;
+  EXPECT_EQ(why_lost_in_run(chain, bound), "");
+}
+
 }  // namespace
 }  // namespace takt::test
 

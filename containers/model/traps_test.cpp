@@ -270,7 +270,7 @@ TEST(Traps, ProcessesThatDoNotFindEachOtherShareNoTopic) {
                                          HasSubstr("system.yaml:"))));
   // What is written for no topic, sets nothing.
   EXPECT_THAT([&] { found("localhost", "/X"); },
-              ThrowsMessage<Error>(HasSubstr("no component has the topic '/X'")));
+              ThrowsMessage<Error>(HasSubstr("no component has the topic or service '/X'")));
 }
 
 // A run that is refused its priorities goes on, unless the file requires them.

@@ -281,7 +281,7 @@ void ThreadAttributes::check_reservation() const {
   }
   if (runtime < kLeastRuntime) {
     throw Error(fmt::format("runtime {} is too short", milliseconds(runtime)),
-                fmt::format("give at least {} ns", kLeastRuntime.count()));
+                "give at least " + to_string(kLeastRuntime));
   }
   if (const auto [least, most] = periods_to_reserve(); period < least || period > most) {
     throw Error(

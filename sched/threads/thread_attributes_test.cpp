@@ -117,7 +117,7 @@ INSTANTIATE_TEST_SUITE_P(
         Impossible{{.policy = ThreadPolicy::deadline, .runtime = 2ms, .deadline = 5ms},
                    "SCHED_DEADLINE needs a runtime and a period; give both, such as 2ms and 10ms"},
         Impossible{{.policy = ThreadPolicy::deadline, .runtime = 1us, .period = 10ms},
-                   "runtime 0.001ms is too short; give at least 1024 ns"},
+                   "runtime 0.001ms is too short; give at least 1024ns"},
         Impossible{{.policy = ThreadPolicy::deadline, .runtime = 10us, .period = 90us},
                    "Linux refuses a period of 0.09ms; give one from 0.1ms to 4194.304ms, or set "
                    "kernel.sched_deadline_period_min_us"},

@@ -64,6 +64,7 @@ RULES = {
     "elements": "the page of rclcpp's elements has the rows of their checks",
     "mutation": "what ./dev stress falsifies stands in the sources, once",
     "time-sum": "no plain sum of a time and a duration: later()",
+    "time-text": "no number of ns in a text for people: to_string()",
 }
 
 
@@ -315,6 +316,16 @@ def check_time_sums(file, _):
                       f"'{' '.join(found[0].split())}': later(time, duration) cannot overflow")
 
 
+TIME_TEXT = re.compile(r'"[^"\n]*\{[^{}"\n]*\} ?ns\b|\+ " ?ns\b')
+
+
+def check_time_texts(file, _):
+    if file.suffix not in CPP or file.path.startswith(NO_TIMES) or "_test." in file.name or file.path == "base/time.cpp":
+        return
+    for found in TIME_TEXT.finditer(file.text):
+        yield Finding(file.path, file.line_at(found.start()), "time-text", f"{found[0]}…: to_string(time) writes its unit")
+
+
 def check_limits(files):
     sources = [(file.path, file.text) for file in files]
     for path, text in sources:
@@ -459,7 +470,7 @@ def main():
     for file in files:
         for rule in (check_file_length, check_function_length, check_class_size, check_spdx, check_public,
                      check_contract, check_keep, check_lines, check_environment, check_links, check_phrases,
-                     check_one_list, check_time_sums):
+                     check_one_list, check_time_sums, check_time_texts):
             findings.extend(rule(file, root))
     found = collections.Counter()
     for finding in findings:

@@ -250,6 +250,12 @@ def test_time_sums():
             "base/a.cpp:3: 'now +': later(time, duration) cannot overflow",
             "base/a.cpp:4: '+ options.result_timeout;': later(time, duration) cannot overflow",
             "base/a.cpp:8: '+= period_;': later(time, duration) cannot overflow")
+    refused("a number of ns in a text",
+            {"base/a.cpp": SPDX + 'auto a = fmt::format("it took {} ns", time.count());\n'
+                                  'auto b = std::to_string(time.count()) + "ns";\n'
+                                  'auto c = fmt::format("it took {}; {} answers", to_string(time), n);\n'},
+            "base/a.cpp:2: \"it took {} ns…: to_string(time) writes its unit",
+            "base/a.cpp:3: + \"ns…: to_string(time) writes its unit")
 
 
 def test_unsound():

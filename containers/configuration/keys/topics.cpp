@@ -58,7 +58,8 @@ void TopicReader::read(const Value& value) {
         into(must_match)},
        {"delay",
         "Between processes, the longest, for `takt analyze` and `takt simulate`; or `{min: 50us, "
-        "max: 300us}`.",
+        "max: 300us}`. Requests and answers of a service have the `delay` of an entry with its "
+        "full name, which has no other key.",
         without_default([&] { return into_delay(system_.delays[value.name]); })}});
   if (must_match) system_.must_match.try_emplace(value.name, errors_.where(value.line));
   if (depth) qos.depth = static_cast<std::size_t>(*depth);

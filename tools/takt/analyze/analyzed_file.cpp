@@ -90,16 +90,38 @@ std::string why_latencies_differ(const AnalyzedFile& file, const ContainerOverri
   return {};
 }
 
+/// What a model of a run says of it; what one leaves out may have been otherwise.
+struct Saying {
+  const char* what;
+  bool (*is_said)(const MeasuredModel&, const AnalyzedFile&);
+};
+constexpr Saying kSayings[] = {
+    {"on which machine",
+     [](const MeasuredModel& model, const AnalyzedFile&) { return !model.machine.empty(); }},
+    {"how long the run was",
+     [](const MeasuredModel& model, const AnalyzedFile&) {
+       return model.duration != Nanoseconds::zero();
+     }},
+    {"on which executors",
+     [](const MeasuredModel& model, const AnalyzedFile&) { return !model.executors.empty(); }},
+    {"of which builds",
+     [](const MeasuredModel& model, const AnalyzedFile& file) {
+       return !model.components.empty() || file.program != nullptr;
+     }},
+};
+
 /// In what the model is of another machine or of other components; empty: in nothing.
 std::string why_it_is_from_elsewhere(const MeasuredModel& model, const AnalyzedFile& file) {
   std::vector<std::string> differences;
   const std::string here = rt::lasting_part(file.machine.name);
-  if (model.machine.empty()) {
-    differences.emplace_back("the model does not say on which machine");
-  } else if (file.machine.name.empty()) {
+  for (const auto& [what, is_said] : kSayings) {
+    if (is_said(model, file)) continue;
+    differences.push_back(fmt::format("the model does not say {}", what));
+  }
+  if (!model.machine.empty() && file.machine.name.empty()) {
     differences.push_back(fmt::format("it is of '{}', and `machine: cpus` names another one",
                                       rt::lasting_part(model.machine)));
-  } else if (rt::lasting_part(model.machine) != here) {
+  } else if (!model.machine.empty() && rt::lasting_part(model.machine) != here) {
     differences.push_back(
         fmt::format("it is of '{}', and this is '{}'", rt::lasting_part(model.machine), here));
   }
@@ -113,11 +135,7 @@ std::string why_it_is_from_elsewhere(const MeasuredModel& model, const AnalyzedF
   };
   add_others(settings, model.settings, "not set in the measured run");
   add_others(model.settings, settings, "set in the measured run");
-  if (file.program != nullptr) return fmt::format("{}", fmt::join(differences, "; "));
-  if (model.components.empty()) {
-    differences.emplace_back("the model does not say of which builds");
-    return fmt::format("{}", fmt::join(differences, "; "));
-  }
+  if (model.components.empty()) return fmt::format("{}", fmt::join(differences, "; "));
   const std::vector<MeasuredComponent> now = components_of(file.system);
   if (now.size() != file.system.components.size()) {
     differences.emplace_back("a library cannot be read");

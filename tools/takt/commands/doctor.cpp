@@ -243,7 +243,7 @@ Finding timer_slack() {
   return {
       "timer slack",
       "prctl(2) PR_GET_TIMERSLACK",
-      fmt::format("{} ns", slack_ns),
+      to_string(Nanoseconds(slack_ns)),
       slack_ns > 50'000 ? Verdict::note : Verdict::good,
       "SCHED_OTHER threads of other code may wake up this much later; real-time threads have no "
       "slack, and the threads of Takt's executors give themselves 1 ns",

@@ -18,17 +18,8 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-/// For people, and exact: "1.234567ms".
-std::string text_of(Nanoseconds time) {
-  const double ns = static_cast<double>(time.count());
-  if (time >= std::chrono::seconds(1)) return fmt::format("{}s", ns / 1e9);
-  if (time >= std::chrono::milliseconds(1)) return fmt::format("{}ms", ns / 1e6);
-  if (time >= std::chrono::microseconds(1)) return fmt::format("{}us", ns / 1e3);
-  return fmt::format("{}ns", time.count());
-}
-
 void add_time(ordered_json& object, const char* key, Nanoseconds time) {
-  if (time != Nanoseconds::zero()) object[key] = text_of(time);
+  if (time != Nanoseconds::zero()) object[key] = to_string(time);
 }
 
 ordered_json document(const MeasuredChain& chain) {
@@ -49,14 +40,14 @@ ordered_json document(const MeasuredCallback& callback) {
     add_time(execution, "p99", callback.p99_execution);
     add_time(execution, "max", callback.longest_execution);
     add_time(execution, "first_ten", callback.longest_first_execution);
-    if (callback.longest_wait) execution["waits"] = text_of(*callback.longest_wait);
+    if (callback.longest_wait) execution["waits"] = to_string(*callback.longest_wait);
   }
   if (!callback.least_distances.empty()) {
     ordered_json& arrival = result["arrival"];
     add_time(arrival, "period", callback.period);
     add_time(arrival, "jitter", callback.jitter);
     for (const Nanoseconds distance : callback.least_distances) {
-      arrival["distances"].push_back(text_of(distance));
+      arrival["distances"].push_back(to_string(distance));
     }
   }
   if (callback.dropped != 0) result["dropped"] = callback.dropped;
@@ -64,7 +55,7 @@ ordered_json document(const MeasuredCallback& callback) {
     ordered_json& uncaused = result["uncaused"];
     uncaused["executions"] = callback.uncaused;
     for (const Nanoseconds distance : callback.uncaused_distances) {
-      uncaused["distances"].push_back(text_of(distance));
+      uncaused["distances"].push_back(to_string(distance));
     }
   }
   for (const auto& [name, count] : callback.causes) result["causes"][name] = count;

@@ -244,6 +244,10 @@ with tempfile.TemporaryDirectory() as folder:
     check("nor is it from elsewhere", "model_from_elsewhere" not in missing(robot, "--model", model))
     elsewhere = write("elsewhere.model.yaml", re.sub("^machine: .*$", "machine: 16 x i9, Linux 6.8", lines, flags=re.M))
     check("a model of another machine", "model_from_elsewhere" in missing(robot, "--model", elsewhere))
+    for key, what in [("duration", "how long the run was"), ("executors", "on which executors"), ("components", "of which builds")]:
+        silent = write("silent.model.yaml", re.sub(rf"^{key}:.*\n(?:[ ].*\n)*", "", lines, flags=re.M))
+        texts = " ".join(json.loads(run(robot, "--model", silent, "--json", "-")[1])["assumptions"])
+        check(f"a model without '{key}'", f"the model does not say {what}" in texts, texts)
     with open(robot, encoding="utf-8") as file:
         changed = file.read().replace("work_us: [500]", "work_us: [501]")
     changed = write("changed.yaml", changed)
