@@ -16,32 +16,30 @@ namespace takt {
 class Arrivals {
  public:
   Arrivals(analysis::ArrivalCurve curve, TimePoint first)
-      : curve_(std::move(curve)), next_(first) {}
+      : curve_(std::move(curve)), next_(first), due_{without_jitter(first)} {}
 
   TimePoint next() const noexcept { return next_; }
   /// Takes the next arrival, and computes the one after it.
   void take() {
-    past_.push_back(next_);
-    if (past_.size() > kMostPast) past_.pop_front();
-    TimePoint next = past_.back();
-    analysis::Count count = 2;
-    for (auto before = past_.rbegin(); before != past_.rend(); ++before, ++count)
-      next = std::max(next, later(*before, Nanoseconds(curve_.least_distance(count))));
-    if (past_.size() == kMostPast) next = std::max(next, later(past_.back(), mean()));
-    next_ = next;
+    TimePoint due = TimePoint::min();
+    auto before = due_.begin();
+    for (auto distance = curve_.distances().begin(); before != due_.end(); ++before, ++distance)
+      due = std::max(due, later(*before, Nanoseconds(*distance)));
+    next_ = std::max(due, later(next_, Nanoseconds(curve_.closest())));
+    due_.push_front(std::max(due, without_jitter(next_)));
+    if (due_.size() > curve_.distances().size()) due_.pop_back();
   }
 
  private:
-  // Limit: past arrivals that say when the next one of a simulation may come. At it: it comes later
-  // than it might, if more may come at once. Seen: nothing.
-  static constexpr std::size_t kMostPast = 1024;
-
-  // The mean distance that the curve permits in the long run.
-  Nanoseconds mean() const { return Nanoseconds(curve_.least_distance(kMostPast + 1) / kMostPast); }
+  TimePoint without_jitter(TimePoint arrival) const {
+    return later(arrival, -Nanoseconds(curve_.jitter()));
+  }
 
   const analysis::ArrivalCurve curve_;
   TimePoint next_;
-  std::deque<TimePoint> past_;
+  // Each arrival comes when it is due, or up to the jitter later. Those that are due keep the
+  // distances of the curve, which say nothing of more than these: the last one is the first here.
+  std::deque<TimePoint> due_;
 };
 
 }  // namespace takt
