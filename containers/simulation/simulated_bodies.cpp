@@ -217,16 +217,18 @@ void SimulatedBodies::execute(Entity& entity, Slot& slot) {
   ++executions_;
   const auto found = callbacks_.find(&entity);
   if (found == callbacks_.end()) {  // Takt's own, or made by a program at run time
-    if (running_ != nullptr && unknown_.empty()) unknown_ = entity.name();
+    refusal_.count(entity.name());
+    if (running_ != nullptr) refusal_.runs_without_time(entity.name());
     return entity.execute(slot);
   }
+  refusal_.count(found->second.name);
   const TimePoint begin = clock_.now();
   run_body(found->second, entity, slot);
   note_execution(found->second, begin);
 }
 
 void SimulatedBodies::run_body(const Callback& callback, Entity& entity, Slot& slot) {
-  if (!callback.is_known && unknown_.empty()) unknown_ = callback.name;
+  if (!callback.is_known) refusal_.runs_without_time(callback.name);
   Nanoseconds time = time_of(callback);
   if (faults_.strikes(entity, Fault::Kind::slow)) time += (Fault::kSlowdown - 1) * callback.longest;
   if (time != Nanoseconds::zero()) callback.is_by_clock ? clock_.occupy(time) : clock_.work(time);

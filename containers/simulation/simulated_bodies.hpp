@@ -18,6 +18,7 @@
 #include "takt/containers/result.hpp"
 #include "takt/containers/simulation/draws.hpp"
 #include "takt/containers/simulation/fault_injection.hpp"
+#include "takt/containers/simulation/run_refusal.hpp"
 #include "takt/executors/execution_model.hpp"
 #include "takt/messages/cdr.hpp"
 #include "takt/nodes/chain.hpp"
@@ -47,8 +48,13 @@ class SimulatedBodies final : public ExecutionModel {
  public:
   /// `running`: see SimulationOptions.
   SimulatedBodies(ManualClock& clock, bool draws, std::uint64_t seed, FaultInjection& faults,
-                  std::atomic<const std::string*>* running)
-      : clock_(clock), draws_(draws), running_(running), random_(seed), faults_(faults) {}
+                  RunRefusal& refusal, std::atomic<const std::string*>* running)
+      : clock_(clock),
+        draws_(draws),
+        running_(running),
+        random_(seed),
+        faults_(faults),
+        refusal_(refusal) {}
 
   /// `process`: its callbacks, in the order of the model. `chains`: to be measured. `dispatch`: the
   /// measured overhead. Throws Error for a callback that it cannot stand in for.
@@ -58,8 +64,6 @@ class SimulatedBodies final : public ExecutionModel {
   void execute(Entity& entity, Slot& slot) override;
 
   std::uint64_t executions() const noexcept { return executions_; }
-  /// The first callback that ran without a known time; empty: none.
-  const std::string& unknown() const noexcept { return unknown_; }
   /// For each chain: the times, after the begin, of the release of its longest instance, and of the
   /// begins and ends of its callbacks.
   std::vector<std::vector<Nanoseconds>> longest_instances() const;
@@ -130,6 +134,7 @@ class SimulatedBodies final : public ExecutionModel {
   MeasuredTimes seen_dispatch_;  // drawn instead, if known
   Draws random_;
   FaultInjection& faults_;
+  RunRefusal& refusal_;
   std::unordered_map<const Entity*, Callback> callbacks_;
   std::map<std::pair<const Node*, std::string>, std::unique_ptr<StandInPublisher>> publishers_;
   std::map<std::pair<const Node*, std::string>, std::unique_ptr<Join>> joins_;
@@ -140,7 +145,6 @@ class SimulatedBodies final : public ExecutionModel {
   std::vector<Execution> recent_;  // a ring buffer
   std::uint64_t executions_ = 0, noted_ = 0, forgotten_ = 0;
   bool has_ended_ = false;
-  std::string unknown_;
 };
 
 }  // namespace takt

@@ -17,6 +17,7 @@
 #include "takt/containers/simulation/draws.hpp"
 #include "takt/containers/simulation/fault_injection.hpp"
 #include "takt/containers/simulation/first_releases.hpp"
+#include "takt/containers/simulation/run_refusal.hpp"
 #include "takt/containers/simulation/simulated_bodies.hpp"
 #include "takt/containers/simulation/simulated_machine.hpp"
 #include "takt/containers/simulation/simulated_processes.hpp"
@@ -71,7 +72,8 @@ void Simulation::refuse_what_differs() {
   for (const ExecutorDescription& executor : system_.executors) {
     const std::string& override = options_.overrides.executor;
     const std::string& type = override.empty() ? executor.type : override;
-    if (!executors().traits(type).simulated) {
+    const ExecutorTraits traits = executors().traits(type);
+    if (!traits.simulated) {
       refuse(
           system_,
           fmt::format("executor '{}': type '{}' is a class of its own, which may sleep by itself",
@@ -80,6 +82,13 @@ void Simulation::refuse_what_differs() {
           "executors of the engine",
           executor.where);
     }
+    const Nanoseconds period = executor.trigger.let_period;
+    const Nanoseconds least = Nanoseconds(std::chrono::seconds(1)) / RunRefusal::kMostInASecond;
+    if (!traits.triggered || period == Nanoseconds::zero() || period >= least) continue;
+    refuse(system_,
+           fmt::format("executor '{}': `let: {}` has more than {} periods in a second",
+                       executor.name, to_string(period), RunRefusal::kMostInASecond),
+           fmt::format("let it be at least {}", to_string(least)), executor.where);
   }
   for (ComponentDescription& component : system_.components) {
     // The thread that removes a node has no CPU of the simulated machine.
@@ -242,7 +251,7 @@ bool comes_with_another(const ModelledProcess& process, const SystemModel& model
 }
 
 std::vector<Source> sources_of(const ModelledProcess& process, const SystemModel& model,
-                               FirstReleases& first, SimulatedBodies& bodies) {
+                               FirstReleases& first, SimulatedBodies& bodies, RunRefusal& refusal) {
   std::vector<Source> sources;
   for (std::size_t i = 0; i < process.callbacks.size(); ++i) {
     const analysis::Callback& callback = model.system.callbacks[i];
@@ -265,12 +274,13 @@ std::vector<Source> sources_of(const ModelledProcess& process, const SystemModel
     const Nanoseconds distance(callback.arrivals->least_distance(2));
     Arrivals arrivals(*callback.arrivals, first.of(callback.name, distance));
     const TimePoint next = arrivals.next();
-    sources.push_back(
-        {next, [arrivals = std::move(arrivals), arrive = std::move(arrive)]() mutable {
-           arrive();
-           arrivals.take();
-           return arrivals.next();
-         }});
+    sources.push_back({next, [arrivals = std::move(arrivals), arrive = std::move(arrive), &refusal,
+                              name = callback.name]() mutable {
+                         refusal.count(name);
+                         arrive();
+                         arrivals.take();
+                         return arrivals.next();
+                       }});
   }
   return sources;
 }
@@ -348,7 +358,8 @@ SimulatedRun Simulation::run(Scenario scenario, ManualClock& clock) const {
   const bool draws = scenario.times == Scenario::Times::drawn;
   FaultInjection faults(clock);
   Wire wire(clock, faults, draws, ~(2 * scenario.seed));
-  SimulatedBodies bodies(clock, draws, 2 * scenario.seed, faults, options_.running);
+  RunRefusal refusal(clock);
+  SimulatedBodies bodies(clock, draws, 2 * scenario.seed, faults, refusal, options_.running);
   FirstReleases first(scenario, options_.duration);
   std::vector<Source> sources;
   std::vector<CpuModel::Change> changes;  // outlives the containers: the clock moves until they end
@@ -370,17 +381,15 @@ SimulatedRun Simulation::run(Scenario scenario, ManualClock& clock) const {
   if (options_.overrides.trace_events != 0) clock.record(changes);
   processes.start(wire);
   set_phases(all, model, first);
-  sources = sources_of(all, model, first, bodies);
+  sources = sources_of(all, model, first, bodies, refusal);
   add_late_messages(sources, faults);
   std::vector<SimulatedRun::Release> releases = first.all();
   processes.release();
   const TimePoint end = later(kSimulationBegin, options_.duration);
   const bool is_complete = advance(clock, end, sources, wire, options_.stops.get(), [&] {
-    if (bodies.unknown().empty()) return;
-    throw Error(
-        fmt::format("cannot simulate '{}': its execution time is not known", bodies.unknown()),
-        "declare it (`execution`), or measure it (`takt model`)", system_.file);
+    if (!refusal.what().empty()) refuse(system_, refusal.what(), refusal.instead());
   });
+  refusal.end();
   if (!is_complete) return {.scenario = std::move(scenario), .result = {}, .was_stopped = true};
   const std::vector<ManualClock::Use> use = clock.use();
   faults.end();

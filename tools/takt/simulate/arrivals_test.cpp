@@ -3,15 +3,23 @@
 #include "takt/containers/simulation/arrivals.hpp"
 
 #include <algorithm>
+#include <string>
 #include <vector>
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "takt/base/error.hpp"
+#include "takt/containers/configuration/configuration_file_test.hpp"
+#include "takt/containers/simulation/simulation.hpp"
 
 namespace takt::tools {
 namespace {
 
 using namespace std::chrono_literals;
 using analysis::ArrivalCurve;
+using ::testing::HasSubstr;
 
 constexpr TimePoint kFirst{5s};
 
@@ -58,6 +66,43 @@ TEST(Arrivals, KeepDistancesThatDoNotAddUp) {
         ArrivalCurve::by_distances({1, 1, 50, 51}).with_least_distance(10),
         ArrivalCurve::by_distances({1, 30, 31, 80}).with_jitter(45).with_least_distance(20)})
     EXPECT_EQ(first_too_close(curve), 0u);
+}
+
+// ---- How much may happen ----
+
+std::string error_of(const std::string& executor, const std::string& more) {
+  const std::string text = fmt::format(R"(
+machine: {{cpus: 1, rt_runtime: unlimited}}
+threads: {{one: {{affinity: [0]}}}}
+executors: {{e: {{{}, threads: [one]}}}}
+container:
+  components:
+    - {{component: takt::Workload, name: n, executor: e, {}}}
+)",
+                                       executor, more);
+  try {
+    const Simulation simulation(ConfigurationFile("system.yaml", text).read(),
+                                {.overrides = {}, .measured = {}, .duration = 10s});
+    simulation.run({});
+  } catch (const Error& refused) {
+    return refused.what();
+  }
+  return {};
+}
+
+TEST(Simulation, ABusySecondEndsIt) {
+  const std::string timer =
+      "parameters: {publishers: {topic: [t], period_us: [10000], work_us: [1]}}";
+  EXPECT_EQ(error_of("type: triggered, let: 1ms", timer), "");
+  EXPECT_THAT(error_of("type: triggered, let: 999ns", timer),
+              HasSubstr("system.yaml:4: cannot simulate executor 'e': `let: 999ns` has more than "
+                        "1000000 periods in a second; let it be at least 1us"));
+  // Each message to itself makes the next one.
+  EXPECT_THAT(error_of("type: events",
+                       "parameters: {relays: {input: [t], output: [t], work_us: [0]}}, callbacks: "
+                       "{t: {execution: 1ns, arrival: {period: 5s}}}"),
+              HasSubstr("cannot simulate more than 1000000 executions and arrivals in a second, "
+                        "as of '/n/t'; let less come at once"));
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ import subprocess
 import tempfile
 
 from command import takt
-from checks import check, environment, finish
+from checks import check, environment, finish, proves
 
 folder = tempfile.TemporaryDirectory()
 HINT = "topics without publisher or without subscription: '/scam' (no publisher; subscribed by /reader)"
@@ -62,6 +62,11 @@ managed = "    - {component: takt::LifecycleWorkload, name: talker}\n"
 status, output, errors = run("run", file("alone.yaml", "container:\n  components:\n" + managed), "--duration", "50ms")
 check("a lifecycle node that nobody can configure is named at once and at the end", status == 0 and
       "nobody can configure '/talker'" in errors and "note: lifecycle: '/talker' is not configured" in errors, errors)
+# It went on for hours, without a word.
+status, output, errors = run("simulate", file("busy.yaml", "executors: {e: {type: triggered, let: 1ns}}\ncontainer:\n  components:\n"
+                                              "    - {component: takt::Workload, name: n, executor: e}\n"))
+check(proves("command_line.md", "more is an error, with the name of a callback or of the executor"),
+      status == 2 and "busy.yaml:1: cannot simulate executor 'e': `let: 1ns` has more than 1000000 periods" in errors, status, errors)
 
 wrong = file("wrong.yaml", "container:\n  components:\n    - {component: takt::Recorder, parameters: {fiel: x}}\n")
 status, output, errors = run("run", wrong, "--duration", "50ms")
