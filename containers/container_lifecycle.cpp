@@ -47,7 +47,9 @@ void ContainerLifecycle::add(Loaded& loaded) {
 
 void ContainerLifecycle::bring_up() {
   if (manager_ != nullptr) return manager_->bring_up();
-  if (setting_.participant != nullptr || setting_.overrides.find_node) return;
+  // Requests from outside may configure nodes, a program its own; a simulation says it once.
+  if (setting_.participant != nullptr || setting_.overrides.find_node || setting_.is_simulated())
+    return;
   for (const std::string& name : unconfigured()) {
     log(LogLevel::warn,
         "lifecycle: nobody can configure '{}'; list it in `lifecycle: {{bring_up: [...]}}`", name);

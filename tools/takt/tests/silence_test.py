@@ -62,6 +62,10 @@ managed = "    - {component: takt::LifecycleWorkload, name: talker}\n"
 status, output, errors = run("run", file("alone.yaml", "container:\n  components:\n" + managed), "--duration", "50ms")
 check("a lifecycle node that nobody can configure is named at once and at the end", status == 0 and
       "nobody can configure '/talker'" in errors and "note: lifecycle: '/talker' is not configured" in errors, errors)
+# Each run of a simulation logged it besides, also where its DDS could configure the node.
+status, output, errors = run("simulate", "alone.yaml", "--runs", "2", "--duration", "50ms")
+check("a simulation names it once", errors.count("'/talker'") == 1 and
+      "note: lifecycle: '/talker' is not configured" in errors, status, errors)
 # It went on for hours, without a word.
 status, output, errors = run("simulate", file("busy.yaml", "executors: {e: {type: triggered, let: 1ns}}\ncontainer:\n  components:\n"
                                               "    - {component: takt::Workload, name: n, executor: e}\n"))
