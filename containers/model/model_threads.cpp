@@ -119,15 +119,19 @@ void ModelBuilder::add_callbacks() {
   check_names();
 }
 
-// What a run shows of a name is of one callback.
+// What a run shows of a name is of one node: its subscriptions of one topic are together no less
+// than each.
 void ModelBuilder::check_names() const {
-  std::set<std::string_view> known;
-  for (const analysis::Callback& callback : model_.system.callbacks) {
-    if (known.insert(callback.name).second || !measured_callbacks_.contains(callback.name))
-      continue;
+  std::map<std::string_view, const Node*> known;
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    const analysis::Callback& callback = model_.system.callbacks[i];
+    const Node* const node = callbacks_[i]->node.get();
+    if (known.emplace(callback.name, node).first->second == node) continue;
+    if (!measured_callbacks_.contains(callback.name)) continue;
     throw Error(
-        fmt::format("'{}' is two callbacks, and the model does not tell them apart", callback.name),
-        "give each its own name, and measure again", measured_->path);
+        fmt::format("'{}' is a callback of two nodes, and the model does not tell them apart",
+                    callback.name),
+        "rename a node or a topic, and measure again", measured_->path);
   }
 }
 

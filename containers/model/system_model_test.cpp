@@ -399,7 +399,7 @@ TEST(SystemModel, AModelThatContradictsItsSystemIsRefused) {
 }
 
 // "/x" with the topic "t/u", and "/x/t" with "u".
-TEST(SystemModel, ARunDoesNotTellCallbacksOfOneNameApart) {
+TEST(SystemModel, ARunDoesNotTellCallbacksOfTwoNodesApart) {
   const std::string text = managed("default") + R"(
     - {component: takt::Workload, name: w, executor: default, parameters: {subscriptions: {topic: [t/u], work_us: [100]}}}
     - {component: takt::Workload, name: t, namespace: /w, executor: default, parameters: {subscriptions: {topic: [u], work_us: [100]}}}
@@ -409,7 +409,7 @@ TEST(SystemModel, ARunDoesNotTellCallbacksOfOneNameApart) {
   EXPECT_EQ(verdict_of(text, &measured), Verdict::guaranteed);
   measured.callbacks.push_back({.name = "/w/t/u", .executions = 100, .longest_execution = 100us});
   EXPECT_THAT([&] { verdict_of(text, &measured); },
-              ::testing::ThrowsMessage<Error>(HasSubstr("'/w/t/u' is two callbacks")));
+              ::testing::ThrowsMessage<Error>(HasSubstr("'/w/t/u' is a callback of two nodes")));
 }
 
 TEST(SystemModel, AContainerRefusesABudgetThatExecutionsExceed) {
