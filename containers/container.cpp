@@ -83,7 +83,15 @@ Container::Container(const SystemDescription& description, const ContainerOverri
     for (const auto& loaded : components_->all())
       setting_->modes->serve_as_in_force(loaded->node());
   }
-  for (const auto& loaded : components_->all()) executors_->place(*loaded);
+  for (const auto& loaded : components_->all()) {
+    try {
+      executors_->place(*loaded);
+    } catch (const Error& error) {
+      setting_->errors.push_back(fmt::format("{}: component '{}': {}", loaded->description.where,
+                                             loaded->description.name, error.what()));
+    }
+  }
+  setting_->throw_errors();
   if (overrides.executor.empty()) {  // else a comparison shows which type is overloaded
     for (std::string& error : guarantees_->too_much()) setting_->errors.push_back(std::move(error));
     check_listed_callbacks(*setting_, *components_, *executors_);

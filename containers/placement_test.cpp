@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/base/error.hpp"
+#include "takt/containers/configuration/configuration_file_test.hpp"
 #include "takt/containers/container.hpp"
 #include "takt/testing/eventually.hpp"
 
@@ -155,6 +157,20 @@ TEST(Placement, BeginsAnExecutorWithItsFirstCallback) {
   container.hold();
   container.stop();
   EXPECT_EQ(container.result().executors.size(), 1u);
+}
+
+TEST(Placement, WhatAnExecutorRefusesIsAtTheLineOfTheComponent) {
+  const ConfigurationFile file("robot.yaml", R"(
+threads: {a: {policy: SCHED_FIFO, priority: 50}}
+executors: {each: {type: isolated, per: group, threads: [a]}}
+container:
+  components:
+    - {component: takt::Workload, name: m, executor: each, callback_groups: {default: {priority: 150}}, parameters: {publishers: {topic: [x], period_us: [1000]}}}
+)");
+  EXPECT_THAT([&] { const Container container(file.read()); },
+              ::testing::ThrowsMessage<Error>(
+                  HasSubstr("robot.yaml:6: component 'm': priority 150 does not "
+                            "exist for SCHED_FIFO; choose 1 to 99")));
 }
 
 }  // namespace
