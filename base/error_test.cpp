@@ -82,7 +82,7 @@ TEST(Suggest, ShowsOfManyWordsTheNearestOnes) {
 }
 
 TEST(Suggest, BearsEmptyListsAndWords) {
-  EXPECT_EQ(suggest("fifo", {}), "valid: ");
+  EXPECT_EQ(suggest("fifo", {}), "there are none");
   EXPECT_EQ(suggest("", kSchedulers), "valid: chain_priority, fifo, ros");
 }
 

@@ -39,10 +39,10 @@ std::string to_string(Nanoseconds duration) {
       return std::to_string(duration.count() / nanoseconds) + name;
     }
   }
-  // Longer numbers of ns nobody can read: "9.799999ms".
-  constexpr std::int64_t kFewNs = 10'000;
+  // Longer numbers of ns nobody can read: "9.799999ms". Above, a fraction loses some of them.
+  constexpr std::int64_t kFewNs = 10'000, kExact = std::int64_t{1} << 50;
   for (const auto& [nanoseconds, name] : kWritten) {
-    if (duration.count() < std::max(nanoseconds, kFewNs)) continue;
+    if (duration.count() < std::max(nanoseconds, kFewNs) || duration.count() > kExact) continue;
     return fmt::format(
         "{}{}", static_cast<double>(duration.count()) / static_cast<double>(nanoseconds), name);
   }

@@ -41,8 +41,8 @@ constexpr TimePoint end_of(Nanoseconds timeout, TimePoint now) noexcept {
   return timeout < Nanoseconds::zero() ? kNever : later(now, timeout);
 }
 
-/// Formats a duration in the largest unit that gives a whole number, as in configuration files:
-/// "1500us".
+/// Formats a duration as in configuration files, in the largest unit that gives a whole number:
+/// "1500us"; if that has many digits, with a fraction: "9.799999ms".
 std::string to_string(Nanoseconds duration);
 /// Reads a number directly followed by its unit (ns, us, ms, s, m or h): "20ms", "1.5s".
 /// Throws Error if the unit is missing; the error lists the units.

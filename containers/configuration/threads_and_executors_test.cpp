@@ -232,9 +232,8 @@ TEST_F(ThreadsAndExecutors, ReadsHowAnExecutorWaits) {
       "container: {components: [{component: takt::Workload}]}\n");
   EXPECT_EQ(system.executors[0].wait, "epoll");
   EXPECT_EQ(system.executors[1].wait, "auto");
-  EXPECT_THAT(
-      errors_of("executors:\n  a: {early_wake: 5ms}\n"),
-      HasSubstr("robot.yaml:2: executor 'a': early_wake is 5000000 ns; write 0 to 1000000"));
+  EXPECT_THAT(errors_of("executors:\n  a: {early_wake: 5ms}\n"),
+              HasSubstr("robot.yaml:2: executor 'a': early_wake is 5ms; write 0 to 1ms"));
   const SystemDescription spinning = read(
       "executors:\n  a: {spin: 50us}\n  b: {spin: always, threads: [t]}\n"
       "threads: {t: {affinity: [0]}}\n"
@@ -242,7 +241,7 @@ TEST_F(ThreadsAndExecutors, ReadsHowAnExecutorWaits) {
   EXPECT_EQ(spinning.executors[0].spin, 50us);
   EXPECT_EQ(spinning.executors[1].spin, kSpinAlways);
   EXPECT_THAT(errors_of("executors:\n  a: {spin: 5ms}\n"),
-              HasSubstr("robot.yaml:2: executor 'a': spin is 5000000 ns; write 0 to 1000000"));
+              HasSubstr("robot.yaml:2: executor 'a': spin is 5ms; write 0 to 1ms"));
   EXPECT_THAT(errors_of("executors:\n  a: {spin: forever}\n"), HasSubstr("robot.yaml:2: "));
   EXPECT_EQ(errors_of("executors:\n  a:\n    wait: epol\n"),
             "robot.yaml:3: no wait back end is called 'epol'; did you mean 'epoll'? valid: epoll, "
