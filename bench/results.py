@@ -386,7 +386,7 @@ def footprint_page(document, is_older):
         first_line(document["commit"], is_older), "# Memory of processes and nodes, and what an idle process costs",
         footprint.what_follows(document),
         f"Measured on {document['date']} on {machine_of(document['machine'])}, a virtual machine that shares its host; before: at commit "
-        f"{document['before']['commit'][:9]}, the same day. Made by `./dev results footprint` from "
+        f"{document['before']['commit'][:9]}. Made by `./dev results footprint` from "
         "[the data](footprint/footprint.json).",
         footprint.section(document, table)]) + "\n"
 
