@@ -395,7 +395,8 @@ constexpr CoverageEntry kTable[] = {
     // A measured model
     {"a measured model", "path", kUsed,
      "nothing_is_changed: a container knows the model that its file names"},
-    {"a measured model", "file", kUsed, "model_from_elsewhere"},
+    {"a measured model", "file", kUsed,
+     "a note if it is another one; what is in it counts, see components, settings, callbacks"},
     {"a measured model", "machine", kUsed, "model_from_elsewhere"},
     {"a measured model", "duration", kUsed,
      "not_seen; the distance of one arrival; what cannot fit into it is refused"},
