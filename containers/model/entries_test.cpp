@@ -100,6 +100,19 @@ TEST(Keys, OnlyWhoIsSaidToSendSends) {
   EXPECT_EQ(callback(found, "/a/other").outputs.size(), 0u);
 }
 
+// It was cancelled, and its model said no word of it.
+TEST(Keys, ARunShowsAPeriodIfItHasMostReleases) {
+  std::string text = of_two(kOneThread, "component: 'takt::test::EntrySender'",
+                            "component: 'takt::test::EntryReceiver'");
+  text.replace(text.find("a/a_timer"), 9, "a/tick");
+  MeasuredModel measured{.duration = 2s};
+  measured.callbacks.push_back({.name = "/a/tick", .executions = 198, .longest_execution = 1ms});
+  const auto said = [&] { return analyzed(text, &measured).text_of("as_declared"); };
+  EXPECT_THAT(said(), ::testing::Not(HasSubstr("'/a/tick' keeps its period")));
+  measured.callbacks[0].executions = 50;
+  EXPECT_THAT(said(), HasSubstr("'/a/tick' keeps its period"));
+}
+
 // With `--executor`, a type for one thread serves a file that gives its executor two.
 TEST(Keys, ATypeMayHaveFewerThreadsThanTheFileGivesIt) {
   const ConfigurationFile file(
