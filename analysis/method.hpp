@@ -129,7 +129,7 @@ std::string why_delayed(const Callback& from, const Callback& to);
 
 /// Most arrivals in a window, of all together.
 Count most(const std::vector<Part::Inner>& arrivals, Time window);
-/// The instants below `limit` at which one of them has more.
+/// The instants from `from` to below `limit` at which one of them has more.
 std::vector<Time> steps(const std::vector<Part::Inner>& arrivals, Time limit, Time from = 0);
 
 /// One arrival of a source, and the callbacks of the executor that run because of it, one after

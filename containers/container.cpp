@@ -87,8 +87,11 @@ Container::Container(const SystemDescription& description, const ContainerOverri
     try {
       executors_->place(*loaded);
     } catch (const Error& error) {
-      setting_->errors.push_back(fmt::format("{}: component '{}': {}", loaded->description.where,
-                                             loaded->description.name, error.what()));
+      const ComponentDescription& component = loaded->description;
+      setting_->errors.push_back(
+          Error(fmt::format("component '{}': {}", component.name, error.what()), "",
+                component.where)
+              .what());
     }
   }
   setting_->throw_errors();

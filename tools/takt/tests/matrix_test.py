@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Each command that waits x what it may wait for: a peer that does not answer, one that floods, a pipe that nobody
-reads, a child that is stopped. The first signal begins the end at once, of what only looks soon; a second one
-ends it soon.
+reads, a child that is stopped. The first signal ends what only looks, and begins the end of what runs; a second one
+ends that, too. What has not ended ten seconds later hangs.
 
 usage: matrix_test.py TAKT WITNESS_LIBRARY
 """
